@@ -7,6 +7,7 @@
 #include <cmath>
 #include <memory>
 
+#include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/statistics.hpp"
 
@@ -100,6 +101,29 @@ Sparse prior_of(const Nodes& nodes, const Unknowns& u, double strength) {
   return out;
 }
 
+// Smooth heights through places in coordinates of the nodes; those outside say nothing. bending:
+// the weight of differences between nodes.
+Eigen::VectorXd heights_through(const Nodes& nodes, const Points& places, double bending) {
+  std::vector<Eigen::Triplet<double>> entries;
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(nodes.count());
+  for (const auto& x : places.rowwise()) {
+    const Nodes::CellPlace at = nodes.at(x[0], x[1]);
+    if (at.cell < 0) continue;
+    const auto& node = nodes.cell(at.cell).height;
+    for (int i = 0; i < Nodes::kHeights; ++i) {
+      right[node[i]] += at.height[i] * x[2];
+      for (int j = 0; j < Nodes::kHeights; ++j)
+        entries.emplace_back(node[i], node[j], at.height[i] * at.height[j]);
+    }
+  }
+  for (const auto& [a, b, c] : nodes.triples())
+    add_square(entries, bending, {{a, 1.0}, {b, -2.0}, {c, 1.0}});
+  for (const auto& [a, b] : nodes.pairs()) add_square(entries, 1e-6, {{a, 1.0}, {b, -1.0}});
+  Sparse matrix(nodes.count(), nodes.count());
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  return Eigen::SimplicialLDLT<Sparse>(matrix).solve(right);
+}
+
 double scale_of(const Eigen::VectorXd& error, const Mask& mask) {
   std::vector<double> sizes;
   for (Eigen::Index row = 0; row < error.size(); ++row)
@@ -109,7 +133,8 @@ double scale_of(const Eigen::VectorXd& error, const Mask& mask) {
 
 }  // namespace
 
-ScanIdentification::ScanIdentification(const Samples& scans, int jobs, const Progress& progress)
+ScanIdentification::ScanIdentification(const Samples& scans, int jobs, const Progress& progress,
+                                       const Surface* body)
     : passes(scans),
       nodes(nodes_for(passes, spacing_for(passes, 200))),  // half: 19 % more loss, twice: 5 %
       jobs_(jobs),
@@ -117,51 +142,56 @@ ScanIdentification::ScanIdentification(const Samples& scans, int jobs, const Pro
   force_N_ = passes.force_N.rowwise().norm();
   floor_N_ = relative_floor(force_N_.maxCoeff());
   unknowns.nodes = nodes.count();
-  unknowns.increments = kPieces + 2;
   unknowns.spacing_m = nodes.spacing_m();
-  start();
+  start(body);
 }
 
-// Heights from the outermost rows of each cell, smooth; curves of one stiffness.
-void ScanIdentification::start() {
+// Heights from the outermost rows of each cell, smooth, or of the body; curves of one stiffness.
+void ScanIdentification::start(const Surface* body) {
   std::vector<std::vector<double>> level(nodes.cells());
   for (Eigen::Index row = 0; row < passes.rows(); ++row) {
     const Vec3 x = nodes.coordinates(passes.position_m.row(row));
     level[nodes.at(x[0], x[1]).cell].push_back(x[2]);
   }
-  std::vector<Eigen::Triplet<double>> entries;
-  Eigen::VectorXd right = Eigen::VectorXd::Zero(nodes.count());
+  Points outermost(passes.rows(), 3);
   for (Eigen::Index row = 0; row < passes.rows(); ++row) {
     const Vec3 x = nodes.coordinates(passes.position_m.row(row));
-    const Nodes::CellPlace at = nodes.at(x[0], x[1]);
-    std::vector<double>& levels = level[at.cell];
+    std::vector<double>& levels = level[nodes.at(x[0], x[1]).cell];
     const auto outer = levels.begin() + std::ssize(levels) / 32;
     std::nth_element(levels.begin(), outer, levels.end());
-    for (int i = 0; i < Nodes::kHeights; ++i) {
-      right[nodes.cell(at.cell).height[i]] += at.height[i] * *outer;
-      for (int j = 0; j < Nodes::kHeights; ++j)
-        entries.emplace_back(nodes.cell(at.cell).height[i], nodes.cell(at.cell).height[j],
-                             at.height[i] * at.height[j]);
-    }
+    outermost.row(row) << x[0], x[1], *outer;
   }
-  for (const auto& [a, b, c] : nodes.triples())
-    add_square(entries, 1.0, {{a, 1.0}, {b, -2.0}, {c, 1.0}});
-  for (const auto& [a, b] : nodes.pairs()) add_square(entries, 1e-6, {{a, 1.0}, {b, -1.0}});
-  Sparse matrix(nodes.count(), nodes.count());
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  parameters.height_m = Eigen::SimplicialLDLT<Sparse>(matrix).solve(right);
-  std::vector<double> depth_m, stiffness_N_m;
+  parameters.height_m = heights_through(nodes, outermost, 1);
+  if (body != nullptr) {
+    const BoxTree boxes = triangle_boxes(*body);
+    Points places = nodes.mesh(parameters.height_m, kParts).surface.vertices;
+    for (auto place : places.rowwise())
+      place = nodes.coordinates(closest_point(*body, boxes, place)->position).transpose();
+    // A hundredth: rows scatter, and the mesh does not.
+    parameters.height_m = heights_through(nodes, places, 0.01);
+  }
+  std::vector<double> depths_m, stiffness_N_m;
+  double pressed_m = 0;  // beside the scan
   for (Eigen::Index row = 0; row < passes.rows(); ++row) {
-    depth_m.push_back(nodes.foot(passes.position_m.row(row), parameters.height_m).depth_m);
-    if (force_N_[row] > floor_N_ && depth_m.back() > 0)
-      stiffness_N_m.push_back(force_N_[row] / depth_m.back());
+    const double depth_m = nodes.foot(passes.position_m.row(row), parameters.height_m).depth_m;
+    if (passes.is_scan[row])
+      depths_m.push_back(depth_m);
+    else
+      pressed_m = std::max(pressed_m, depth_m);
+    if (force_N_[row] > floor_N_ && depth_m > 0) stiffness_N_m.push_back(force_N_[row] / depth_m);
   }
-  unknowns.depth_m = 1.25 * stated_quantile(depth_m, 0.99);
+  const double scanned_m = 1.25 * stated_quantile(depths_m, 0.99);
+  unknowns.depth_m = std::max(scanned_m, 1.25 * pressed_m);
   unknowns.force_N = upper_median(std::vector<double>(force_N_.begin(), force_N_.end()));
   if (!(unknowns.depth_m > 0) || stiffness_N_m.empty())
     throw Error("scan", "no row is deeper than another", "Record presses to several depths.");
   basis.degree = 3;
-  for (int i = 0; i <= kPieces; ++i) basis.knots_m.push_back(unknowns.depth_m * i / kPieces);
+  for (int i = 0; i <= kPieces; ++i) basis.knots_m.push_back(scanned_m * i / kPieces);
+  // Presses that go deeper have pieces as long, but at most twice as many in all.
+  const double deeper_m = unknowns.depth_m - scanned_m;
+  const int more = std::min(kPieces, static_cast<int>(std::ceil(deeper_m / basis.knots_m[1])));
+  for (int i = 1; i <= more; ++i) basis.knots_m.push_back(scanned_m + deeper_m * i / more);
+  unknowns.increments = kPieces + more + 2;
   parameters.increment_N = Eigen::MatrixXd::Constant(
       nodes.count(), unknowns.increments,
       upper_median(stiffness_N_m) * unknowns.depth_m / unknowns.increments);
@@ -169,6 +199,7 @@ void ScanIdentification::start() {
   parameters.friction_slope_1_m = Eigen::VectorXd::Zero(nodes.count());
   is_free.assign(unknowns.size(), 1);
   std::fill(is_free.begin() + unknowns.shared(0), is_free.end(), 0);
+  for (int n = 0; n < nodes.count(); ++n) is_free[unknowns.height(n)] = body == nullptr;
 }
 
 Eigen::VectorXd ScanIdentification::relative_errors(const Walked& walked) const {

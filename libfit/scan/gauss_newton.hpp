@@ -19,7 +19,8 @@ inline constexpr int kParts = 2;
 /// recording and body that are free, with Huber's loss and a weak prior of smoothness.
 class ScanIdentification {
  public:
-  ScanIdentification(const Samples& scans, int jobs, const Progress& progress);
+  /// body: its surface in the scan's frame, on which heights lie and stay; null: they are free.
+  ScanIdentification(const Samples& scans, int jobs, const Progress& progress, const Surface* body);
 
   /// Gauss-Newton on the rows that are marked, damped where a step does not lower the loss. Ends
   /// early when Progress says so.
@@ -42,7 +43,7 @@ class ScanIdentification {
   double smoothness = 1;  ///< factor of the prior
 
  private:
-  void start();
+  void start(const Surface* body);
   double loss(const Eigen::VectorXd& error, double scale, const Mask& mask) const;
   Eigen::VectorXd relative_errors(const Walked& walked) const;
   void update_changes(const Eigen::VectorXd& x, const Walked& walked, const Mask& mask,

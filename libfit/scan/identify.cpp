@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "libfit/core/closest_point.hpp"
+#include "libfit/core/error.hpp"
 #include "libfit/scan/gauss_newton.hpp"
 #include "libfit/scan/scan.hpp"
 
@@ -20,14 +21,18 @@ class UnknownsChoice {
         (pass / 2 % 2 == 0 ? half_ : other_)[row] = 1;  // to and fro in each
   }
 
+  // Numbers of the sensor are free from the start: heights found without its bias stay 3.5 mm
+  // off, and no delay is found then (a phantom's raster, docs/measured-data.md).
+  void start(const Mask& mask) {
+    for (const SharedUnknown& of : kSharedUnknowns)
+      if (!of.needs_replay) set_free(of, 1);
+    fit_.fit(mask, 12);
+  }
+
   void run(ScanFit& out) {
     const std::size_t parts = std::size(kSharedUnknowns) + 4;
     progress_.report(0, parts, "surface and curves");
-    // Numbers of the sensor are free from the start: heights found without its bias stay 3.5 mm
-    // off, and no delay is found then (a phantom's raster, docs/measured-data.md).
-    for (const SharedUnknown& of : kSharedUnknowns)
-      if (!of.needs_replay) set_free(of, 1);
-    fit_.fit(half_, 12);
+    start(half_);
     best_ = fit_.loss_of(other_);
     std::size_t done = 0;
     for (const SharedUnknown& candidate : kSharedUnknowns) {
@@ -112,10 +117,15 @@ void say_coverage(const ScanIdentification& fit, const Walked& walked, ScanFit& 
       sliding += walked.is_sliding[row];
       if (row == passes.first[pass]) continue;
       const double step_s = passes.time_s[row] - passes.time_s[row - 1];
+      if (!(step_s > 0)) continue;
       speed_m_s.push_back((passes.position_m.row(row) - passes.position_m.row(row - 1)).norm() /
                           step_s);
       gap_s = std::max(gap_s, step_s);
     }
+  if (stated_quantile(depth_m, 0.02) > 0)
+    out.notes.emplace_back(
+        "the tool hardly lifts off, and a turned frame and a tilted surface answer alike: the turn "
+        "may be off by 5 degrees, more than its error says");
   const auto squares = std::count(is_covered.begin() + 1, is_covered.end(), 1);
   out.notes.push_back(fmt::format(
       "{} passes, {} rows over {:.3g} cm2; {:.2g} to {:.2g} mm deep, {:.2g} to {:.2g} mm/s (p5, "
@@ -126,8 +136,8 @@ void say_coverage(const ScanIdentification& fit, const Walked& walked, ScanFit& 
       100 * sliding / double(passes.rows()), gap_s));
 }
 
-// Vertices of the cells in which a tip was: the margin's numbers are a guess of the prior.
-std::vector<char> vertices_with_rows(const ScanIdentification& fit, const Nodes::NodeMesh& mesh) {
+// Cells in which a tip was: the margin's numbers are a guess of the prior.
+Mask cells_with_rows(const ScanIdentification& fit) {
   Mask has_rows(fit.nodes.cells(), 0);
   for (std::size_t pass = 0; pass < fit.passes.count(); ++pass)
     for (Eigen::Index row = fit.passes.first[pass]; row < fit.passes.first[pass + 1]; ++row) {
@@ -135,11 +145,47 @@ std::vector<char> vertices_with_rows(const ScanIdentification& fit, const Nodes:
       const int cell = fit.nodes.foot(tip, fit.parameters.height_m).place.cell;
       if (cell >= 0) has_rows[cell] = 1;
     }
+  return has_rows;
+}
+
+Mask vertices_of(const Mask& has_rows, const Nodes::NodeMesh& mesh) {
   Mask out(mesh.vertex.size(), 0);
   for (Eigen::Index t = 0; t < mesh.surface.triangles.rows(); ++t)
     for (int k = 0; k < 3 && has_rows[mesh.triangle_cell[t]]; ++k)
       out[mesh.surface.triangles(t, k)] = 1;
   return out;
+}
+
+// Vertices of the body's mesh in cells with rows, near the heights and facing as they do.
+Nodes::NodeMesh places_on(const ScanIdentification& fit, const Surface& surface,
+                          const Mask& has_rows, Mask& is_covered) {
+  Nodes::NodeMesh out{surface, std::vector<Nodes::CellPlace>(surface.vertices.rows()), {}};
+  const Points inward = -vertex_normals(surface);
+  is_covered.assign(out.vertex.size(), 0);
+  for (std::size_t v = 0; v < out.vertex.size(); ++v) {
+    const Nodes::Foot foot = fit.nodes.foot(surface.vertices.row(v), fit.parameters.height_m);
+    if (foot.place.cell < 0 || !has_rows[foot.place.cell] || !(inward.row(v) * foot.normal > 0.5) ||
+        std::abs(foot.depth_m) > fit.nodes.spacing_m())
+      continue;
+    out.vertex[v] = foot.place, is_covered[v] = 1;
+  }
+  if (std::ranges::count(is_covered, 1) == 0)
+    throw Error("scan", "no vertex of the surface lies under its rows",
+                "Say where the scan was ([registration]), or give a finer mesh.");
+  return out;
+}
+
+// Vertices elsewhere have the mean of the others.
+void fill_with_mean(const Mask& is_covered, CurveSet& curves) {
+  const double count = double(std::ranges::count(is_covered, 1));
+  for (Controls& control : curves.control) {
+    Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(control.cols());
+    for (std::size_t v = 0; v < is_covered.size(); ++v)
+      if (is_covered[v]) sum += control.row(v);
+    for (std::size_t v = 0; v < is_covered.size(); ++v)
+      if (!is_covered[v]) control.row(v) = sum / count;
+    control = rounded_to_float(control);
+  }
 }
 
 Vec3 normal_at(const Surface& surface, const Points& inward_normal, const SurfacePoint& at) {
@@ -151,9 +197,20 @@ Vec3 normal_at(const Surface& surface, const Points& inward_normal, const Surfac
 
 }  // namespace
 
-ScanFit identify(const Samples& scans, int jobs, const Progress& progress) {
+Points points_on_surface(const Samples& scans, int jobs, const Progress& progress) {
+  ScanIdentification fit(scans, jobs, progress, nullptr);
+  UnknownsChoice(fit, progress).start(Mask(fit.passes.rows(), 1));
+  const Nodes::NodeMesh mesh = fit.nodes.mesh(fit.parameters.height_m, 1);
+  const Mask is_covered = vertices_of(cells_with_rows(fit), mesh);
+  std::vector<Eigen::Index> covered;
+  for (std::size_t v = 0; v < is_covered.size(); ++v)
+    if (is_covered[v]) covered.push_back(static_cast<Eigen::Index>(v));
+  return mesh.surface.vertices(covered, Eigen::all);
+}
+
+ScanFit identify(const Samples& scans, int jobs, const Progress& progress, const Surface* known) {
   ScanFit out;
-  ScanIdentification fit(scans, jobs, progress);
+  ScanIdentification fit(scans, jobs, progress, known);
   UnknownsChoice choice(fit, progress);
   choice.run(out);
   if (progress.stopped()) return {};
@@ -168,12 +225,20 @@ ScanFit identify(const Samples& scans, int jobs, const Progress& progress) {
   out.recording = fit.parameters.recording, out.deviation = fit.deviations(walked);
   say_numbers(fit, choice.gains, out);
   say_coverage(fit, walked, out);
-  out.surface = body.mesh().surface;
-  const Eigen::Index vertices = out.surface.vertices.rows();
+  const Mask has_rows = cells_with_rows(fit);
   FittedCurves& curves = out.curves;
-  curves.position = out.surface.vertices, curves.normal = body.model().inward_normal;
-  curves.curves = body.model().curves;
-  out.is_covered = vertices_with_rows(fit, body.mesh());
+  if (known != nullptr) {
+    const auto mesh = places_on(fit, *known, has_rows, out.is_covered);
+    out.surface = *known, curves.normal = -vertex_normals(*known);
+    curves.curves = curves_of(fit.nodes, fit.parameters, fit.basis, mesh, curves.normal);
+    fill_with_mean(out.is_covered, curves.curves);
+  } else {
+    out.surface = body.mesh().surface;
+    curves.normal = body.model().inward_normal, curves.curves = body.model().curves;
+    out.is_covered = vertices_of(has_rows, body.mesh());
+  }
+  const Eigen::Index vertices = out.surface.vertices.rows();
+  curves.position = out.surface.vertices;
   curves.status.assign(vertices, FitStatus::good), curves.message.assign(vertices, "");
   for (Eigen::Index v = 0; v < vertices; ++v) curves.name.push_back(fmt::format("v{}", v + 1));
   curves.rms_residual_N = curves.max_residual_N = Eigen::VectorXd::Constant(vertices, kNan);

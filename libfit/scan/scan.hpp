@@ -23,11 +23,17 @@ struct ScanFit {
   std::vector<std::string> notes;  ///< a sentence on each finding and on what the scan covers
 };
 
+/// Points on the surface under a scan, by a fit of all of it, # x 3 [m].
+Points points_on_surface(const Samples& scans, int jobs, const Progress& progress);
+
 /// Surface, curves and unknowns of the recording from rows of the kind `scan`, each experiment a
-/// pass in its recording's time (docs/measured-data.md, Scans). jobs: threads, 0: all; the result
-/// does not depend on it, and is none where Progress stopped it. Throws Error where nothing
-/// presses.
-ScanFit identify(const Samples& scans, int jobs = 0, const Progress& progress = {});
+/// pass in its recording's time, and from presses and drags of the same rig, which have no bias
+/// (docs/measured-data.md, Scans). known: the
+/// body's surface in the scan's frame, which the result then has; curves are of its vertices,
+/// beyond the scan the mean of the others. jobs: threads, 0: all; the result does not depend on it,
+/// and is none where Progress stopped it. Throws Error where nothing presses.
+ScanFit identify(const Samples& scans, int jobs = 0, const Progress& progress = {},
+                 const Surface* known = nullptr);
 
 /// The same scans without what belongs to their recordings: places of the tip at the time of the
 /// force, forces on the body, each pass placed at the point of the surface under its first row.

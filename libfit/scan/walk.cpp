@@ -11,39 +11,6 @@
 #include "libfit/experiments/follow.hpp"
 
 namespace palpate::scan {
-namespace {
-
-CurveSet curves_of(const Nodes& nodes, const ScanParameters& p, const CurveBasis& basis,
-                   const Nodes::NodeMesh& mesh, const Points& inward_normal) {
-  CurveSet curves(CurveFamily::rings);
-  curves.basis[0] = basis;
-  curves.relaxation = p.recording.relaxation();
-  const Eigen::Index vertices = mesh.surface.vertices.rows();
-  for (std::size_t part = 0; part < curves.control.size(); ++part) {
-    const runtime::Part& of = parts_of(curves.family)[part];
-    curves.control[part] =
-        Controls::Zero(vertices, Eigen::Index{of.width} * size_of(of, curves.basis[part]));
-  }
-  for (Eigen::Index v = 0; v < vertices; ++v) {
-    const Nodes::CellPlace& at = mesh.vertex[v];
-    for (int k = 0; k < 4; ++k) {
-      const int node = nodes.cell(at.cell).corner[k];
-      double sum = 0;
-      for (Eigen::Index j = 0; j < p.increment_N.cols(); ++j)
-        curves.control[0](v, j + 1) += at.corner[k] * (sum += p.increment_N(node, j));
-      curves.control[runtime::kFriction](v, 0) += at.corner[k] * p.friction[node];
-      curves.control[runtime::kFrictionSlope](v, 0) += at.corner[k] * p.friction_slope_1_m[node];
-    }
-  }
-  curves.control[runtime::kLambda].setConstant(p.recording.lambda());
-  curves.control[runtime::kCurvature] =
-      vertex_curvature(mesh.surface, inward_normal, basis.knots_m.back());
-  for (Controls& control : curves.control) control = rounded_to_float(control);
-  return curves;
-}
-
-}  // namespace
-
 double Recording::lambda() const { return std::exp(std::clamp(number[kLambda], -3.0, 3.0)) / 1.5; }
 
 Relaxation Recording::relaxation() const {
@@ -91,26 +58,61 @@ Controls vertex_curvature(const Surface& surface, const Points& inward_normal, d
   return out;
 }
 
+CurveSet curves_of(const Nodes& nodes, const ScanParameters& p, const CurveBasis& basis,
+                   const Nodes::NodeMesh& mesh, const Points& inward_normal) {
+  CurveSet curves(CurveFamily::rings);
+  curves.basis[0] = basis;
+  curves.relaxation = p.recording.relaxation();
+  const Eigen::Index vertices = mesh.surface.vertices.rows();
+  for (std::size_t part = 0; part < curves.control.size(); ++part) {
+    const runtime::Part& of = parts_of(curves.family)[part];
+    curves.control[part] =
+        Controls::Zero(vertices, Eigen::Index{of.width} * size_of(of, curves.basis[part]));
+  }
+  for (Eigen::Index v = 0; v < vertices; ++v) {
+    const Nodes::CellPlace& at = mesh.vertex[v];
+    for (int k = 0; k < 4 && at.cell >= 0; ++k) {
+      const int node = nodes.cell(at.cell).corner[k];
+      double sum = 0;
+      for (Eigen::Index j = 0; j < p.increment_N.cols(); ++j)
+        curves.control[0](v, j + 1) += at.corner[k] * (sum += p.increment_N(node, j));
+      curves.control[runtime::kFriction](v, 0) += at.corner[k] * p.friction[node];
+      curves.control[runtime::kFrictionSlope](v, 0) += at.corner[k] * p.friction_slope_1_m[node];
+    }
+  }
+  curves.control[runtime::kLambda].setConstant(p.recording.lambda());
+  curves.control[runtime::kCurvature] =
+      vertex_curvature(mesh.surface, inward_normal, basis.knots_m.back());
+  for (Controls& control : curves.control) control = rounded_to_float(control);
+  return curves;
+}
+
 Passes::Passes(const Samples& s) : position_m(s.rows(), 3), force_N(s.force), time_s(s.time_s) {
   for (Eigen::Index row = 0; row < s.rows(); ++row) {
     if (row == 0 || s.experiment[row] != s.experiment[row - 1]) first.push_back(row);
     position_m.row(row) = s.point_position.row(s.point[row]) + s.deflection.row(row);
+    is_scan.push_back(s.kind[row] == ExperimentKind::scan);
   }
   first.push_back(s.rows());
 }
 
+Vec3 Passes::offset_N(Eigen::Index row, const Recording& recording) const {
+  return is_scan[row] ? recording.offset_N(time_s[row]) : Vec3::Zero();
+}
+
 Vec3 Passes::force_on_body(Eigen::Index row, const Recording& recording) const {
-  return recording.turn().transpose() *
-         (force_N.row(row).transpose() - recording.offset_N(time_s[row]));
+  return recording.turn().transpose() * (force_N.row(row).transpose() - offset_N(row, recording));
 }
 
 Vec3 Passes::tip(std::size_t pass, Eigen::Index row, const Recording& recording) const {
-  const double t = time_s[row] - recording.delay_s();
-  Eigen::Index i = std::clamp(row, first[pass], first[pass + 1] - 2);
-  while (i > first[pass] && time_s[i] > t) --i;
-  while (i + 2 < first[pass + 1] && time_s[i + 1] < t) ++i;
-  const double share = (t - time_s[i]) / (time_s[i + 1] - time_s[i]);
-  const Vec3 position = position_m.row(i) + share * (position_m.row(i + 1) - position_m.row(i));
+  Vec3 position = position_m.row(row);
+  if (const double t = time_s[row] - recording.delay_s(); std::isfinite(t)) {
+    Eigen::Index i = std::clamp(row, first[pass], first[pass + 1] - 2);
+    while (i > first[pass] && time_s[i] > t) --i;
+    while (i + 2 < first[pass + 1] && time_s[i + 1] < t) ++i;
+    const double share = (t - time_s[i]) / (time_s[i + 1] - time_s[i]);
+    position = position_m.row(i) + share * (position_m.row(i + 1) - position_m.row(i));
+  }
   const double compliance_m_N = recording.compliance_m_N();
   return compliance_m_N > 0 ? Vec3(position - compliance_m_N * force_on_body(row, recording))
                             : position;
@@ -119,7 +121,7 @@ Vec3 Passes::tip(std::size_t pass, Eigen::Index row, const Recording& recording)
 Points readings(const Points& force_N, const Passes& passes, const Recording& recording) {
   Points out = force_N * recording.turn().transpose();
   for (Eigen::Index row = 0; row < out.rows(); ++row)
-    out.row(row) += recording.offset_N(passes.time_s[row]).transpose();
+    out.row(row) += passes.offset_N(row, recording).transpose();
   return out;
 }
 

@@ -20,17 +20,20 @@ struct ScanParameters {
   Recording recording;
 };
 
-/// Passes of a tool: rows of the kind `scan` with their times, of one experiment each.
+/// Passes of a tool, one experiment each: of scans, and presses or drags beside them, whose bias
+/// and drift are none.
 struct Passes {
   std::vector<Eigen::Index> first;  ///< row of each pass, and the end of all
+  std::vector<char> is_scan;        ///< N
   Points position_m, force_N;       ///< N x 3, force of the tool ON the body
-  Eigen::VectorXd time_s;           ///< N, of the recording's clock
+  Eigen::VectorXd time_s;           ///< N, of the recording's clock; NaN: slow motion
 
   explicit Passes(const Samples& samples);
   Eigen::Index rows() const { return time_s.size(); }
   std::size_t count() const { return first.size() - 1; }
   /// Place of the tool when the force of a row acted.
   Vec3 tip(std::size_t pass, Eigen::Index row, const Recording& recording) const;
+  Vec3 offset_N(Eigen::Index row, const Recording& recording) const;
   /// Force on the body behind a reading.
   Vec3 force_on_body(Eigen::Index row, const Recording& recording) const;
 };
@@ -48,6 +51,10 @@ struct Walked {
 
 /// Forces on the body, a row each of passes, as the sensor reads them.
 Points readings(const Points& force_N, const Passes& passes, const Recording& recording);
+
+/// Curves of the law of rings at the vertices of a mesh; of those outside all cells 0.
+CurveSet curves_of(const Nodes& nodes, const ScanParameters& p, const CurveBasis& basis,
+                   const Nodes::NodeMesh& mesh, const Points& inward_normal);
 
 /// The body of parameters as the engine plays it.
 class PlayedBody {

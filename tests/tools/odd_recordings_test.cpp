@@ -225,22 +225,6 @@ TEST(OddRecordings, positions_and_forces_of_two_rates_on_one_clock_are_read_at_t
   EXPECT_TRUE(holds(timeless.said.err, "no time says how they belong"));
 }
 
-TEST(OddRecordings, a_way_back_that_is_written_from_its_free_end_is_turned_around) {
-  const Folder folder;
-  const auto rows = press();
-  std::string text = "Ex_mm\tRt_mm\tEx_N\tRt_N\n";
-  for (std::size_t i = 0; i <= 250; ++i)
-    text += fmt::format("{:.5f}\t{:.5f}\t{:.6f}\t{:.6f}\n", rows[i][1], rows[500 - i][1],
-                        rows[i][2], rows[500 - i][2]);
-  folder.write("a.txt", text);
-  const Checked turned = check(folder, manifest("a.txt", R"(
-columns = { depth = "Ex_mm", force = "Ex_N", retract_depth = "Rt_mm", retract_force = "Rt_N" })",
-                                                kPlaced));
-  expect_press(turned);
-  EXPECT_FALSE(holds(turned.said.err, "is not given back"));
-  EXPECT_TRUE(holds(turned.json.dump(), "was turned around"));
-}
-
 TEST(OddRecordings, archives_that_hold_no_force_curve_are_called_by_their_name) {
   const Folder folder;
   folder.write("t_s.npy", "\x93NUMPY"), folder.write("F_N.npy", "\x93NUMPY");

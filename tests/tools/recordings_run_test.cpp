@@ -230,9 +230,9 @@ TEST_F(RecordingsRun, a_folder_without_a_recording_is_refused) {
 
 // Lines to and fro over a plane of 300 N/m and friction 0.3, from `first_mm` on, with a sine of
 // depth; before and behind them the tool is in the air.
-std::string scan_file(double first_mm, double deepest_mm, double bias_N) {
+std::string scan_file(double first_mm, double deepest_mm, double bias_N, int rows_in_air) {
   std::string text = "t_s,x_mm,y_mm,z_mm,fx_N,fy_N,fz_N\n";
-  for (int row = -20; row < 1220; ++row) {
+  for (int row = -rows_in_air; row < 1200 + rows_in_air; ++row) {
     const int line = std::clamp(row / 100, 0, 11), i = std::clamp(row - 100 * line, 0, 99);
     const double heading = line % 2 == 0 ? 1 : -1, x = 10 + heading * (0.2 * i - 10),
                  depth_mm = row < 0 || row >= 1200
@@ -246,6 +246,44 @@ std::string scan_file(double first_mm, double deepest_mm, double bias_N) {
   return text;
 }
 
+// A press into that plane at a place, from 3 mm above it to 5 mm, with a bias of its own.
+std::string press_file(double x_mm, double y_mm, double bias_N) {
+  std::string text = "t_s,x_mm,y_mm,z_mm,fx_N,fy_N,fz_N\n";
+  for (int row = 0; row < 160; ++row) {
+    const double depth_mm = 5 - 0.1 * std::abs(row - 80.0), noise_N = 2e-3 * (row * row % 7 - 3);
+    text += fmt::format("{:.5f},{:.4f},{:.4f},{:.4f},{:.5f},{:.5f},{:.5f}\n", row / 66.0, x_mm,
+                        y_mm, -depth_mm, noise_N, bias_N, 0.3 * std::max(0.0, depth_mm) + noise_N);
+  }
+  return text;
+}
+
+// Presses deeper than a scan make curves together with it, and later ones are corrected as it is.
+TEST(Run, makes_one_asset_of_a_scan_and_presses) {
+  const Folder folder;
+  folder.write("scan.csv", scan_file(0, 3, 0.1, 20));
+  for (int k = 0; k < 6; ++k)
+    folder.write(fmt::format("{}_{}.csv", k < 4 ? "press" : "later", k),
+                 press_file(6 + 4 * (k % 3), 5 + 5 * (k / 3), 0.02 * k));
+  const std::string presses = "[[recording]]\nforce_on = \"tool\"\nfile = ";
+  folder.write("both.toml", "[validate]\nhold_out = [\"press_1\", \"scan#4\", \"scan#9\"]\n" +
+                                presses + "\"scan.csv\"\nkind = \"scan\"\n" + presses +
+                                "\"press_*.csv\"\n");
+  folder.write("later.toml", presses + "\"later_*.csv\"\n");
+  const Outcome ran = palpate(folder, "run both.toml -o out");
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Json kinds = Json::parse(content_of(folder / "out/statement.json"))["by_kind"];
+  for (const char* kind : {"press", "scan"}) {
+    EXPECT_LT(kinds[kind]["p95_rel"].get<double>(), 0.15) << kind << ran.err;
+    EXPECT_GT(kinds[kind]["rows"], 40) << kind;
+  }
+  const Outcome later = palpate(folder, "validate out/asset.palp later.toml --json");
+  ASSERT_EQ(later.status, 0) << later.err;
+  EXPECT_LT(Json::parse(later.out)["force_error"]["p95_rel"].get<double>(), 0.15) << later.err;
+  folder.write("both.toml",
+               "relaxation = \"apply\"\n" + presses + "\"scan.csv\"\nkind = \"scan\"\n");
+  EXPECT_TRUE(holds(palpate(folder, "check both.toml").err, "relaxation does nothing for a scan"));
+}
+
 // A second recording, with a bias of its own, goes deeper and beyond the edge of the first.
 TEST(Validate, states_a_scan_that_was_recorded_later) {
   const Folder folder;
@@ -254,8 +292,8 @@ TEST(Validate, states_a_scan_that_was_recorded_later) {
                  fmt::format("[[recording]]\nfile = \"{}.csv\"\nkind = \"scan\"\n"
                              "force_on = \"tool\"\n[validate]\nhold_out = 0\n",
                              name));
-  folder.write("first.csv", scan_file(0, 3, 0));
-  folder.write("second.csv", scan_file(7.7, 4, 0.1));
+  folder.write("first.csv", scan_file(0, 3, 0, 6));
+  folder.write("second.csv", scan_file(7.7, 4, 0.1, 6));
   const Outcome ran = palpate(folder, "run first.toml -o out");
   ASSERT_EQ(ran.status, 0) << ran.err;
   const Outcome stated = palpate(folder, "validate out/asset.palp second.toml --json");

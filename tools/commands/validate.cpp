@@ -135,6 +135,7 @@ class Validate final : public Command {
     const AssetFile file = read_asset_file(asset_);
     ImportRequest request;
     request.manifest = read_manifest(scene_);
+    if (std::filesystem::exists(scan_curves_path(samples_))) read_as_passes(request.manifest);
     request.jobs = stage_.jobs, request.asset = &file.asset(), request.earlier = samples_;
     const ReadRecordings later = read_recordings(request);
     stage_.statement = validate_recordings(

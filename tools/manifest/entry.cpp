@@ -116,11 +116,8 @@ void read_columns_of(SceneTable& table, std::string_view key, std::vector<std::s
 }
 
 void read_columns(SceneTable table, importers::ColumnNames& names) {
-  for (const auto& [key, name] : {std::pair{"time", &names.time},
-                                  {"force_time", &names.force_time},
-                                  {"depth", &names.depth},
-                                  {"retract_depth", &names.retract_depth},
-                                  {"retract_force", &names.retract_force}})
+  for (const auto& [key, name] :
+       {std::pair{"time", &names.time}, {"force_time", &names.force_time}, {"depth", &names.depth}})
     if (const toml::node* node = table.node(key)) *name = column(table, key, node);
   for (const auto& [key, axes] :
        {std::pair{"position", &names.position}, {"force", &names.force}, {"torque", &names.torque}})

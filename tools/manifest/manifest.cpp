@@ -193,6 +193,11 @@ std::vector<char> held_out_points(const Manifest& manifest, const Samples& sampl
   return is_held_out;
 }
 
+void read_as_passes(Manifest& manifest) {
+  for (recordings::BatchItem& item : manifest.items) item.signal.is_pass = true;
+  manifest.options.relaxation = recordings::RelaxationUse::none;  // found with the curves
+}
+
 Manifest read_manifest(const fs::path& path, KeyLog* log) {
   Manifest manifest;
   manifest.path = path;
@@ -240,6 +245,14 @@ Manifest read_manifest(const fs::path& path, KeyLog* log) {
   root.finish();
   if (manifest.items.empty())
     throw Error(path.string(), "names no recording", "Add [[recording]] with file = \"...\".");
+  if (std::ranges::any_of(manifest.items, [](const recordings::BatchItem& item) {
+        return item.signal.kind == ExperimentKind::scan;
+      })) {
+    if (root.has("relaxation"))
+      fail(root, "relaxation", "relaxation does nothing for a scan",
+           "Leave it out: relaxation is found with the curves.");
+    read_as_passes(manifest);
+  }
   return manifest;
 }
 

@@ -50,6 +50,9 @@ std::vector<char> held_out_points(const Manifest& manifest, const Samples& sampl
 std::vector<ProbeSpec> probes_of(const Manifest& manifest,
                                  const std::vector<recordings::UsedTip>& tips);
 
+/// Has all recordings read as passes beside a scan.
+void read_as_passes(Manifest& manifest);
+
 /// Reads and checks a manifest. Throws Error with file:line:column on unknown keys (naming the
 /// nearest known one), wrong types, units or names, and recordings that lack what they need.
 /// Recordings' files are not opened here. log: the keys that were asked for.

@@ -38,7 +38,8 @@ BatchOptions batch_options(const ImportRequest& request, const Manifest& manifes
                            const std::optional<Surface>& surface) {
   BatchOptions options = manifest.options;
   options.jobs = job_count(request.jobs);
-  options.surface = surface ? &*surface : nullptr;
+  if (!manifest.items.front().signal.is_pass && surface)  // else places lie on no surface yet
+    options.surface = &*surface;
   if (manifest.rig_landmarks_m.rows() > 0) {
     const Registration landmarks =
         register_landmarks(manifest.rig_landmarks_m, manifest.body_landmarks_m);
@@ -136,17 +137,44 @@ void report(const ImportRequest& request, const std::vector<ItemResult>& results
   report_grades(assembled);
 }
 
-// Numbers of the rig that an import of scans to samples.h5 found; none where it was of no scans.
-scan::Recording recording_of(const fs::path& samples) {
-  scan::Recording out;
+// Numbers of the rig that an import of scans to samples.h5 found, and its motion onto the mesh;
+// none where it was of no scans.
+std::pair<scan::Recording, RigidMotion> recording_of(const fs::path& samples) {
+  std::pair<scan::Recording, RigidMotion> out;
   const fs::path curves = scan_curves_path(samples);
   if (samples.empty() || !fs::exists(curves)) return out;
   std::istringstream text(stored_in_hdf5(curves, kRecordingAttribute).value_or(""));
-  for (double& number : out.number) text >> number;
+  for (double& number : out.first.number) text >> number;
+  for (double& number : out.second.rotation.reshaped()) text >> number;
+  for (double& number : out.second.translation_m) text >> number;
   if (!text)
     throw Error(curves.string(), "does not say how its recordings were corrected",
                 "Import the scans again.");
   return out;
+}
+
+void move(const RigidMotion& motion, Samples& samples) {
+  for (Points* vectors : {&samples.point_normal, &samples.deflection, &samples.force})
+    *vectors *= motion.rotation.transpose();
+  for (auto place : samples.point_position.rowwise()) place = motion(place.transpose()).transpose();
+}
+
+// Moves a scan onto the mesh of its body, by the points that it found on its surface.
+void register_scan(const ImportRequest& request, const Surface& mesh, const Points& found,
+                   ReadRecordings& read) {
+  const Registration registration = register_to_surface(found, mesh, {});
+  const double most_m = request.manifest.options.place_tolerance_m;
+  if (!(registration.rms_m <= most_m))
+    throw Error(request.manifest.path.string(),
+                fmt::format("the scan's surface lies {:.2g} mm (rms) from the mesh, where it fits "
+                            "best from this start",
+                            1e3 * registration.rms_m),
+                fmt::format("Say where the scan was: [registration], with three landmarks; or "
+                            "raise place_tolerance ({:.2g} mm).",
+                            1e3 * most_m));
+  move(registration.motion, read.assembled.samples);
+  read.motion = registration.motion;
+  read.assembled.registration = registration;
 }
 
 // Corrects scans by the numbers of an earlier recording.
@@ -154,9 +182,11 @@ void compare_scans(const ImportRequest& request, ReadRecordings& read) {
   Samples& samples = read.assembled.samples;
   const Surface surface = palpate::surface_of(*request.asset);
   Eigen::Index rows = 0;
+  const auto [earlier, motion] = recording_of(request.earlier);
+  move(motion, samples);
   // A tenth of the curves' depth: the body repeats its heights to a few tenths of a millimetre.
-  const scan::Recording recording = scan::later_recording(
-      samples, surface, recording_of(request.earlier), 0.1 * request.asset->max_fitted_m, &rows);
+  const scan::Recording recording =
+      scan::later_recording(samples, surface, earlier, 0.1 * request.asset->max_fitted_m, &rows);
   const auto bias = recording.number.segment<3>(scan::kBias);
   read.assembled.notes.push_back(
       rows < 10
@@ -168,20 +198,23 @@ void compare_scans(const ImportRequest& request, ReadRecordings& read) {
 }
 
 // Finds surface and curves of scans, and takes what belongs to their recordings off all rows.
-void identify_scans(const ImportRequest& request, ReadRecordings& read) {
+void identify_scans(const ImportRequest& request, const std::optional<Surface>& surface,
+                    ReadRecordings& read) {
   Samples& samples = read.assembled.samples;
-  const auto scans = std::ranges::count(samples.kind, ExperimentKind::scan);
-  if (scans == 0) return;
-  if (scans < samples.rows() || request.manifest.surface)
-    throw Error(request.manifest.path.string(),
-                request.manifest.surface ? "has a scan and a `surface`"
-                                         : "has scans beside other recordings",
-                request.manifest.surface ? "Leave `surface` out: the scan brings its own."
-                                         : "Import the others by a manifest of their own.");
+  if (!request.manifest.items.front().signal.is_pass || samples.rows() == 0) return;
+  if (!samples.other_probes.empty())
+    throw Error(request.manifest.path.string(), "has recordings of several tips beside a scan",
+                "Import those of each tip by a manifest of their own.");
   if (request.asset != nullptr) return compare_scans(request, read);
   ConsoleProgress progress("scan");
-  scan::ScanFit fit = scan::identify(rows_at(samples, read.is_held_out, false),
-                                     job_count(request.jobs), progress.progress());
+  if (surface) {
+    const Points found = scan::points_on_surface(rows_at(samples, read.is_held_out, false),
+                                                 job_count(request.jobs), progress.progress());
+    if (!progress.progress().stopped()) register_scan(request, *surface, found, read);
+  }
+  scan::ScanFit fit =
+      scan::identify(rows_at(samples, read.is_held_out, false), job_count(request.jobs),
+                     progress.progress(), surface ? &*surface : nullptr);
   if (progress.progress().stopped()) throw Interrupted("import: nothing was written");
   fit.curves.probe = samples.probe;
   for (const std::string& note : fit.notes) read.assembled.notes.push_back("scan: " + note);
@@ -294,7 +327,7 @@ ReadRecordings read_recordings(const ImportRequest& request) {
   samples.other_probes.assign(probes.begin() + 1, probes.end());
   samples.poisson = manifest.items.front().signal.poisson;
   out.is_held_out = held_out_points(manifest, samples, request.holds_out);
-  identify_scans(request, out);
+  identify_scans(request, surface, out);
   report(request, out.results, out.assembled);
   return out;
 }
@@ -328,8 +361,11 @@ nlohmann::ordered_json write_recordings(const ImportRequest& request, const Read
     body.probe = read.scan->curves.probe;
     write_body(scan_body_path(request.output), body, fingerprint);
     Attributes with_recording = fingerprint;
-    for (const double number : read.scan->recording.number)
-      with_recording[kRecordingAttribute] += fmt::format("{} ", number);
+    std::string& numbers = with_recording[kRecordingAttribute];
+    for (const double number : read.scan->recording.number) numbers += fmt::format("{} ", number);
+    for (const double number : read.motion.rotation.reshaped())
+      numbers += fmt::format("{} ", number);
+    for (const double number : read.motion.translation_m) numbers += fmt::format("{} ", number);
     write_curves(scan_curves_path(request.output), read.scan->curves, with_recording);
   } else {
     fs::remove(scan_body_path(request.output));

@@ -37,6 +37,7 @@ struct ReadRecordings {
   recordings::Assembled assembled;
   std::vector<char> is_held_out;              ///< of the assembled samples' points, from the fit
   std::shared_ptr<const scan::ScanFit> scan;  ///< of the passes that are not held out
+  recordings::RigidMotion motion;             ///< of a scan onto the mesh of its body
 };
 
 /// Throws Error where no recording that a manifest names is there. Single ones are refused when
@@ -56,7 +57,8 @@ nlohmann::ordered_json write_recordings(const ImportRequest& request, const Read
 /// found together, samples.scan_body.h5 and samples.scan_curves.h5; none of other recordings.
 std::filesystem::path scan_body_path(std::filesystem::path samples);
 std::filesystem::path scan_curves_path(std::filesystem::path samples);
-/// Numbers of scan::Recording in the latter, blanks between them.
+/// Numbers of scan::Recording in the latter, and of the motion onto the mesh (rotation by columns,
+/// translation in m), blanks between them.
 inline constexpr const char* kRecordingAttribute = "recording";
 /// Totals and every recording, of an import to samples.h5.
 std::filesystem::path import_summary_path(const std::filesystem::path& samples);

@@ -98,6 +98,10 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
                       const std::optional<Vec3>& inward, const std::string& file,
                       SignalTrace* refused = nullptr);
 
+/// Throws Error where settings are not the default that do nothing for a pass, of a scan or beside
+/// one.
+void check_pass_settings(const SignalSettings& settings, const std::string& file);
+
 /// Passes of a scan, "1" to "N" in the recording's name: it is cut where the tool turns back, or
 /// where it hardly does at equal times. Rows are readings, in time; the force keeps its bias.
 /// inward: unit, else that of the mean force. Throws Error without a clock, three axes or 400 rows.
@@ -125,8 +129,9 @@ ContactEstimate find_contact(const importers::RawRecording& raw, const SignalSet
                              Signal& signal, Conditioned& out);
 
 /// Fills the rows of `out` from the signal's used ranges: means over equal steps of depth for a
-/// press, of the tip's path since contact for a drag or path. Errors are the noise over the square
-/// root of the readings that count (neighbours with correlation r count (1 - r) / (1 + r)).
+/// press, of the tip's path since contact for a drag or path, or every reading of a pass. Errors
+/// are the noise over the square root of the readings that count (neighbours with correlation r
+/// count (1 - r) / (1 + r)).
 void take_rows(const Signal& signal, const SignalSettings& settings, Conditioned& out);
 
 /// The presses of a recording with three axes, a recording for each place in the order pressed, "1"

@@ -325,6 +325,7 @@ RowRange main_range(const Signal& signal, const SignalSettings& settings) {
 Conditioned condition_signal(const importers::RawRecording& raw, const SignalSettings& settings,
                              const std::optional<Vec3>& inward, const std::string& file,
                              Signal& signal) {
+  if (settings.is_pass) check_pass_settings(settings, file);
   Conditioned out = described(raw, settings, inward, file);
   const bool is_press = settings.kind == ExperimentKind::press;
   signal = align(raw, settings, out.inward, file);

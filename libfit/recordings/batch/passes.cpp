@@ -89,6 +89,19 @@ void check_sign(const Signal& signal, const Vec3& push, const std::string& file)
 
 }  // namespace
 
+void check_pass_settings(const SignalSettings& settings, const std::string& file) {
+  const bool is_scan = settings.kind == ExperimentKind::scan;
+  if (!(is_scan &&
+        (settings.contact != "auto" || settings.smooth_s > 0 || settings.cycle != kDeepestCycle)) &&
+      settings.use == Use::approach && !settings.is_position_of_center &&
+      settings.rows == SignalSettings().rows)
+    return;
+  throw Error(file,
+              is_scan ? "contact, smooth, cycle, positions and rows do nothing for a scan"
+                      : "cycle = \"mean\", positions and rows do nothing beside a scan",
+              "Leave them out: the surface is found with the curves, from every reading.");
+}
+
 std::vector<Conditioned> condition_scan(const importers::RawRecording& raw,
                                         const SignalSettings& settings,
                                         const std::optional<Vec3>& inward,
@@ -96,11 +109,7 @@ std::vector<Conditioned> condition_scan(const importers::RawRecording& raw,
   if (raw.is_axial() || raw.time_s.empty() || raw.force_N.rows() == 0)
     throw Error(file, "a scan needs a clock, and positions and forces of three axes",
                 "Name `time`, `position` and `force` columns.");
-  if (settings.contact != "auto" || settings.smooth_s > 0 || settings.use != Use::approach ||
-      settings.cycle != kDeepestCycle || settings.is_position_of_center ||
-      settings.rows != SignalSettings().rows)
-    throw Error(file, "contact, smooth, use, cycle, positions and rows do nothing for a scan",
-                "Leave them out: its surface is found with the curves, from every reading.");
+  check_pass_settings(settings, file);
   Conditioned all;
   Signal signal = align(raw, settings, inward, file);
   const std::size_t spikes = replace_spikes(signal);

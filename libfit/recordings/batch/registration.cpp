@@ -1,6 +1,6 @@
 #include <fmt/core.h>
 
-#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -43,9 +43,13 @@ RigidMotion step_towards(const Points& points,
     normal_matrix += row * row.transpose();
     right += row * place->inward.dot(place->position_m - Vec3(points.row(i))) / scale;
   }
-  // A little damping: a plane leaves three of the six motions free, and those should not move.
-  normal_matrix.diagonal().array() += 1e-9 * normal_matrix.trace();
-  const Vec6 x = normal_matrix.ldlt().solve(right);
+  // Motions stay that change distances by less than a twentieth of what the best determined does: a
+  // smooth patch leaves turns about its normal, and slides, to the start.
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> motions(normal_matrix);
+  Vec6 x = Vec6::Zero();
+  for (int k = 0; k < 6; ++k)
+    if (const double known = motions.eigenvalues()[k]; known > 0.003 * motions.eigenvalues()[5])
+      x += motions.eigenvectors().col(k) * motions.eigenvectors().col(k).dot(right) / known;
   const Vec3 turn = x.head<3>();
   RigidMotion step;
   if (turn.norm() > 0)

@@ -81,6 +81,23 @@ double error_of_mean_N(double noise_N, double count, double correlation) {
   return noise_N / std::sqrt(std::max(1.0, count * (1 - correlation) / (1 + correlation)));
 }
 
+// Every reading from the approach on, up to where the tool breaks in; the time of the first is what
+// a tool takes to come to a pass (libfit/experiments/follow.cpp), of all NaN without a clock.
+void take_readings(const Signal& signal, const Vec3& contact_m, Conditioned& out) {
+  const Eigen::Index first = signal.range.approach.begin,
+                     end = signal.range.break_in.value_or(signal.rows() - 1) + 1,
+                     rows = end - first;
+  out.deflection_m = signal.position_m.middleRows(first, rows).rowwise() - contact_m.transpose();
+  out.force_N = signal.force_N.middleRows(first, rows);
+  out.error_N = Eigen::VectorXd::Constant(rows, out.noise_N);
+  out.time_s = Eigen::VectorXd::Constant(rows, kNan);
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    if (!signal.time_s.empty())
+      out.time_s[i] = 0.25 + signal.time_s[first + i] - signal.time_s[first];
+    out.status.push_back(signal.is_saturated[first + i] ? RowStatus::rejected : RowStatus::good);
+  }
+}
+
 // The approach without its last rows where the force falls already: a soft sensor springs back
 // before the tip does.
 RowRange loading_part(const Signal& signal, RowRange range) {
@@ -126,6 +143,7 @@ void take_rows(const Signal& signal, const SignalSettings& settings, Conditioned
   const double most = at.maxCoeff();
   const Vec3 contact =
       signal.is_axial || !out.contact_m ? Vec3(contact_travel_m * signal.inward) : *out.contact_m;
+  if (settings.is_pass) return take_readings(signal, contact, out);
 
   struct RowMean {
     Vec3 deflection = Vec3::Zero(), force = Vec3::Zero(), torque = Vec3::Zero();

@@ -24,7 +24,6 @@ std::optional<Quantity> quantity_of(Meaning meaning) {
     case Meaning::force_time:
       return Quantity{&UnitNames::time, "time", Dimension::time};
     case Meaning::force:
-    case Meaning::retract_force:
       return Quantity{&UnitNames::force, "force", Dimension::force};
     case Meaning::torque:
       return Quantity{&UnitNames::torque, "torque", Dimension::torque};
@@ -134,8 +133,6 @@ std::vector<Role> roles_of(const ColumnNames& names) {
   add(Meaning::time, names.time), add(Meaning::force_time, names.force_time);
   add(Meaning::depth, names.depth);
   add_axes(Meaning::position, names.position), add_axes(Meaning::force, names.force);
-  add(Meaning::retract_depth, names.retract_depth),
-      add(Meaning::retract_force, names.retract_force);
   add_axes(Meaning::contact, names.contact), add_axes(Meaning::normal, names.normal);
   add_axes(Meaning::torque, names.torque);
   return roles;
@@ -218,9 +215,7 @@ RawRecording recording_of(const std::vector<Role>& roles, std::vector<std::vecto
   const double sign = settings.is_force_on_tool.value_or(false) ? -1 : 1;
   RawRecording recording;
   for (std::size_t i = 0; i < roles.size(); ++i) {
-    const bool is_force = roles[i].meaning == Meaning::force ||
-                          roles[i].meaning == Meaning::retract_force ||
-                          roles[i].meaning == Meaning::torque;
+    const bool is_force = roles[i].meaning == Meaning::force || roles[i].meaning == Meaning::torque;
     const double factor = factors[i] * (is_force ? sign : 1);
     if (const auto quantity = quantity_of(roles[i].meaning))
       recording.units.*(quantity->unit) = unit_worth(std::abs(factor), quantity->dimension);
@@ -241,23 +236,6 @@ RawRecording recording_of(const std::vector<Role>& roles, std::vector<std::vecto
     if (has_three(meaning)) *points = points_of(meaning, roles, columns);
   if (!has_three(Meaning::force)) append(Meaning::force, recording.push_N);
   recording.line = std::move(line);
-  if (!settings.columns.retract_depth.empty()) {  // the retract follows the approach
-    const Eigen::Index in_rows = recording.rows();
-    recording.retract_begins = in_rows;
-    append(Meaning::retract_depth, recording.travel_m);
-    append(Meaning::retract_force, recording.push_N);
-    const std::vector<std::size_t> lines = recording.line;
-    recording.line.insert(recording.line.end(), lines.begin(), lines.end());
-    const auto& travel_m = recording.travel_m;
-    const double deepest_m = travel_m[in_rows - 1];
-    if (std::abs(travel_m.back() - deepest_m) < std::abs(travel_m[in_rows] - deepest_m)) {
-      std::reverse(recording.travel_m.begin() + in_rows, recording.travel_m.end());
-      std::reverse(recording.push_N.begin() + in_rows, recording.push_N.end());
-      std::reverse(recording.line.begin() + in_rows, recording.line.end());
-      recording.taken.push_back("the way back is written from its free end, and was turned around");
-    }
-    recording.time_s.clear();  // one clock cannot serve both
-  }
   return recording;
 }
 

@@ -235,8 +235,7 @@ std::vector<RawRecording> read_columns_csv(const std::filesystem::path& path,
   auto field = find_columns(roles, header.names, fail);
   std::string topics;
   ColumnNames& asked = settings.columns;
-  if (asked.force_time.empty() && asked.retract_depth.empty() &&
-      has_two_topics(file, roles, field, layout)) {
+  if (asked.force_time.empty() && has_two_topics(file, roles, field, layout)) {
     if (asked.time.empty())
       throw fail("positions and forces are in rows of their own, and no time says how they belong",
                  "Name the time column in the manifest: columns = { time = ... }.");

@@ -36,8 +36,6 @@ constexpr std::string_view kNamedTables = "csv hdf5 matlab", kDelimited = "csv r
 
 constexpr std::array kKeys{
     FormatKey{"columns.depth", kNamedTables, "Name columns.position."},
-    FormatKey{"columns.retract_depth", kNamedTables, kByItself},
-    FormatKey{"columns.retract_force", kNamedTables, kByItself},
     FormatKey{"columns.force_time", kNamedTables, kByItself},
     FormatKey{"columns.contact", kRobot, kOfRobots},
     FormatKey{"columns.normal", kRobot, kOfRobots},

@@ -143,18 +143,7 @@ NumberTable read_numbers(const TextFile& file, const TableLayout& layout);
 
 // From named columns to a recording: what tables and arrays have in common.
 
-enum class Meaning {
-  time,
-  force_time,
-  depth,
-  position,
-  force,
-  retract_depth,
-  retract_force,
-  contact,
-  normal,
-  torque
-};
+enum class Meaning { time, force_time, depth, position, force, contact, normal, torque };
 
 /// One column that the settings ask for.
 struct Role {

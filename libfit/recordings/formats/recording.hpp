@@ -16,7 +16,6 @@ namespace palpate::importers {
 struct ColumnNames {
   std::string time, depth;
   std::string force_time;                    ///< clock of the force columns, when it is another
-  std::string retract_depth, retract_force;  ///< of the way back, beside the way in
   std::vector<std::string> position, force;  ///< three axes; one force column: along the depth
   std::vector<std::string> contact, normal;  ///< per row: where the press began, inward or outward
   std::vector<std::string> torque;           ///< three axes, about the tip
@@ -74,12 +73,11 @@ struct RawRecording : RecordingSource {
   Points force_N{0, 3};              ///< M x 3 of the tool ON the body; or none
   std::vector<double> push_N;  ///< M along the inward direction, of the tool ON the body; or none
   Points torque_Nm{0, 3};      ///< M x 3 about the tip, of the tool ON the body; or none
-  std::vector<std::size_t> line;               ///< N, in the file (1-based)
-  std::optional<Eigen::Index> retract_begins;  ///< row, where the file says it
-  std::optional<Vec3> contact_m;               ///< where the press began, where the file says it
-  std::optional<Vec3> normal;                  ///< inward unit, likewise
-  std::string place = {};       ///< which one it is, of a recording of several places
-  std::optional<Error> unread;  ///< why it could not be read, of several in a file: then empty
+  std::vector<std::size_t> line;  ///< N, in the file (1-based)
+  std::optional<Vec3> contact_m;  ///< where the press began, where the file says it
+  std::optional<Vec3> normal;     ///< inward unit, likewise
+  std::string place = {};         ///< which one it is, of a recording of several places
+  std::optional<Error> unread;    ///< why it could not be read, of several in a file: then empty
 
   Eigen::Index rows() const { return line.size(); }
   bool is_axial() const { return position_m.rows() == 0; }

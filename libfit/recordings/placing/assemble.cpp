@@ -219,8 +219,9 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
   }
   fill_rows(parts, samples);
   remove_void_columns(samples);
-  if (const auto sideways = straighten_presses(samples); !sideways.empty())
-    out.notes.push_back(sideways_note(samples, sideways));
+  if (items.empty() || !items.front().signal.is_pass)  // else their side force is friction
+    if (const auto sideways = straighten_presses(samples); !sideways.empty())
+      out.notes.push_back(sideways_note(samples, sideways));
   // Rows of every tip but the first are `other`, now that it does not matter that they press.
   for (std::size_t i = 0; i < samples.probe_number.size(); ++i)
     if (samples.probe_number[i] > 0) samples.kind[i] = ExperimentKind::other;

@@ -34,7 +34,9 @@ bool find_position(const RigidMotion& motion, const BatchOptions& options, Place
            "Say `position` in the manifest: where on the body it was recorded.");
     return false;
   }
-  c.position_m = item.position_m ? *item.position_m : motion(*contact);
+  // Positions of a pass are those of its scan.
+  const bool is_measured = contact && (item.signal.is_pass && !c.recording->is_axial);
+  c.position_m = item.position_m && !is_measured ? *item.position_m : motion(*contact);
   if (item.position_m && contact && !c.recording->is_axial) {
     const double off_m = (motion(*contact) - *item.position_m).norm();
     if (off_m > options.place_tolerance_m) {
@@ -198,7 +200,7 @@ std::vector<Pooled> pool(const Members& members) {
   std::vector<Pooled> experiments;
   Members presses;
   for (PlacedRecording* m : members) {
-    if (m->item->signal.kind == ExperimentKind::press)
+    if (m->item->signal.kind == ExperimentKind::press && !m->item->signal.is_pass)
       presses.push_back(m);
     else
       experiments.push_back(on_body(*m));
@@ -236,7 +238,7 @@ std::vector<Pooled> pool(const Members& members) {
   });
   // Rows are of slow motion unless relaxation is applied (experiments_in_time).
   for (Pooled& one : experiments)
-    if (one.member[0]->item->signal.kind != ExperimentKind::scan) one.time_s.resize(0);
+    if (!one.member[0]->item->signal.is_pass) one.time_s.resize(0);
   return experiments;
 }
 

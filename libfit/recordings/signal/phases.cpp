@@ -125,15 +125,13 @@ std::vector<Phase> find_phases(const Signal& signal) {
   const Eigen::Index rows = travel.size();
   std::vector<Phase> phases(rows, Phase::hold);
   const double range_m = travel.maxCoeff() - travel.minCoeff();
-  std::vector<Eigen::Index> turns = turning_rows(travel, 0.02 * range_m);
-  if (signal.retract_begins) turns = {0, *signal.retract_begins, rows - 1};
+  const std::vector<Eigen::Index> turns = turning_rows(travel, 0.02 * range_m);
   for (std::size_t k = 0; k + 1 < turns.size(); ++k) {
     const double gain_m = travel[turns[k + 1]] - travel[turns[k]];
-    const bool is_in = signal.retract_begins ? k == 0 : gain_m > 0;
     std::fill(phases.begin() + turns[k], phases.begin() + turns[k + 1] + 1,
-              is_in ? Phase::approach : Phase::retract);
+              gain_m > 0 ? Phase::approach : Phase::retract);
   }
-  if (signal.retract_begins || rows < 20) return phases;
+  if (rows < 20) return phases;
   const auto half =
       std::max<Eigen::Index>(1, static_cast<Eigen::Index>(0.02 * static_cast<double>(rows) / 2));
   const SidewaysMotion sideways(signal.position_m - travel * signal.inward.transpose(), half / 2);

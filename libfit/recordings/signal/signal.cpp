@@ -194,7 +194,6 @@ Signal align(const importers::RawRecording& raw, const SignalSettings& settings,
   signal.position_m = raw.is_axial() ? along_first_axis(raw.travel_m) : raw.position_m;
   signal.time_s = raw.time_s;
   signal.line = raw.line;
-  signal.retract_begins = raw.retract_begins;
   if (raw.torque_Nm.rows() > 0 && raw.is_axial())
     throw Error(file, "has a torque of three axes and a depth of one",
                 "Name `position` columns, or leave the torque out.");

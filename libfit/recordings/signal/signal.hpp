@@ -60,6 +60,8 @@ struct SignalSettings : UsedTip {
   /// kDeepestCycle, the one that goes farthest.
   int cycle = kDeepestCycle;
   int rows = 40;  ///< per experiment, at most
+  /// Rows are readings in time: of a scan, or beside one, where a press begins with its approach.
+  bool is_pass = false;
   bool operator==(const SignalSettings&) const = default;
 };
 
@@ -94,7 +96,6 @@ struct Signal {
   std::vector<std::size_t> line;   ///< N, in the file
   std::vector<char> is_saturated;  ///< N
   std::vector<char> is_spike;      ///< N; force replaced by that of its neighbours
-  std::optional<Eigen::Index> retract_begins;
   bool is_axial = false;
   /// N, as recorded, before spikes, filter and bias go.
   Eigen::VectorXd recorded_travel_m, recorded_push_N;
@@ -151,8 +152,7 @@ Line fit_line(const Eigen::VectorXd& x, const Eigen::VectorXd& y);
 
 /// Phase of the tip, row by row: it changes direction where the travel turns back by more than 2 %
 /// of its whole range; it slides where it goes farther sideways than inward, and holds where over a
-/// 2 % window of the rows it goes neither way by more than a tenth of the mean speed. Where the
-/// file says where the retract begins, that is believed.
+/// 2 % window of the rows it goes neither way by more than a tenth of the mean speed.
 std::vector<Phase> find_phases(const Signal& signal);
 
 /// The approach that gains most travel, from its lowest to its highest. Empty

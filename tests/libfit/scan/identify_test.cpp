@@ -60,11 +60,38 @@ struct KnownBody {
     at.recording.number.segment<3>(scan::kBias) = kBias_N;
   }
 
-  /// Lines 1 mm apart, to and fro or as a spiral, with a sine of 2 Hz between 0.5 and 4.5 mm of
-  /// depth.
-  Samples scanned(double first_line_m, bool is_spiral = false) const {
+  void answer(Samples& s) const {
+    const scan::PlayedBody body(nodes, at, basis, 3);
+    s.force = body.walk(Passes(s), std::vector<char>(s.rows(), 1), false, 0).reading_N;
     std::mt19937 random(kSeed);
     std::normal_distribution<double> noise(0, kNoise_N);
+    for (double& f : s.force.reshaped()) f += noise(random);
+    s.torque = Points::Zero(s.rows(), 3), s.force_error = Eigen::VectorXd::Zero(s.rows());
+    s.point_name.assign(s.points(), "");
+  }
+
+  /// Presses to 5.5 mm and out again on a grid of 4 mm, 2 s each, each a row of a point of its own.
+  Samples pressed() const {
+    Samples s;
+    s.point_position = Points::Zero(6, 3), s.point_normal = Points::Zero(6, 3);
+    s.deflection.resize(6 * 120, 3), s.time_s.resize(6 * 120);
+    for (int press = 0; press < 6; ++press)
+      for (int i = 0; i < 120; ++i) {
+        const double x = 4e-3 + 4e-3 * (press % 3), y = 4e-3 + 4e-3 * (press / 3),
+                     depth_m = 5.5e-3 - 7e-3 * std::abs(i / 60.0 - 1);
+        s.deflection.row(120 * press + i) << x, y, -height_m(x, y) - depth_m;
+        s.time_s[120 * press + i] = 0.25 + i / 60.0;
+        s.experiment.push_back(press), s.point.push_back(press), s.step.push_back(i);
+        s.kind.push_back(ExperimentKind::press), s.status.push_back(RowStatus::good);
+      }
+    s.force = Points::Zero(s.rows(), 3);
+    answer(s);
+    return s;
+  }
+
+  /// Lines 1 mm apart, to and fro or as a spiral, with a sine of 2 Hz between 0.5 and 4.5 mm of
+  /// depth, or a share of that.
+  Samples scanned(double first_line_m, bool is_spiral = false, double share = 1) const {
     Samples s;
     std::vector<Vec3> tip;
     double time_s = 0.25;
@@ -78,7 +105,8 @@ struct KnownBody {
                                          : 16e-3 - along_m,
                      y = is_spiral ? 6e-3 + wide_m * std::sin(angle) : first_line_m + 1e-3 * pass,
                      depth_m =
-                         2.5e-3 - 2e-3 * std::cos(4 * std::numbers::pi * (time_s - 0.25) + pass);
+                         share *
+                         (2.5e-3 - 2e-3 * std::cos(4 * std::numbers::pi * (time_s - 0.25) + pass));
         tip.emplace_back(x, y, -height_m(x, y) - depth_m);
         s.experiment.push_back(pass), s.point.push_back(pass), s.step.push_back(i);
         s.kind.push_back(ExperimentKind::scan), s.status.push_back(RowStatus::good);
@@ -89,10 +117,7 @@ struct KnownBody {
     s.point_position = Points::Zero(12, 3), s.point_normal = Points::Zero(12, 3);
     s.deflection.resize(tip.size(), 3), s.force.resize(tip.size(), 3);
     for (std::size_t i = 0; i < tip.size(); ++i) s.deflection.row(i) = tip[i];
-    const scan::PlayedBody body(nodes, at, basis, 3);
-    const std::vector<char> all(tip.size(), 1);
-    s.force = body.walk(Passes(s), all, false, 0).reading_N;
-    for (double& f : s.force.reshaped()) f += noise(random);
+    answer(s);
     return s;
   }
 };
@@ -140,6 +165,72 @@ TEST_P(Scanned, body_and_recording_come_back) {
   EXPECT_LT(stated_quantile(stiffness_off, 0.5), 0.05);
   EXPECT_LT(stated_quantile(friction_off, 0.5), 0.1);
   EXPECT_LT(stated_quantile(height_off_m, 0.5), 0.15e-3);
+}
+
+/// The scan goes to 2.25 mm, six presses without its bias to 5.5.
+TEST(scan, presses_beside_a_scan_lead_its_curves_deeper) {
+  const KnownBody truth;
+  const scan::ScanFit fit =
+      scan::identify(joined(truth.scanned(0.5e-3, false, 0.5), truth.pressed()));
+  EXPECT_GT(fit.curves.depth_range_m[0], 5.5e-3);
+  EXPECT_LT((fit.recording.number.segment<3>(scan::kBias) - kBias_N).norm(), 0.03);
+  const NodeForces forces(fit.curves.curves);
+  const SplineTables tables = tabulate(truth.basis);
+  Eigen::VectorXd control(7);
+  control << 0, 0.1, 0.3, 0.6, 1.0, 1.5, 2.1;
+  std::vector<double> off, height_off_m;
+  for (Eigen::Index v = 0; v < fit.surface.vertices.rows(); ++v) {
+    const Vec3 p = fit.surface.vertices.row(v);
+    if (p.x() < 3e-3 || p.x() > 13e-3 || p.y() < 3e-3 || p.y() > 9e-3) continue;
+    const double known_N = KnownBody::stiffness(p.x()) *
+                           runtime::curve_value(palpate::view(tables), control.data(), 5e-3);
+    off.push_back(std::abs(forces.normal_N(v, 5e-3) / known_N - 1));
+    height_off_m.push_back(std::abs(p.z() + KnownBody::height_m(p.x(), p.y())));
+  }
+  EXPECT_LT(stated_quantile(off, 0.5), 0.05);
+  EXPECT_LT(stated_quantile(height_off_m, 0.5), 0.15e-3);
+}
+
+/// The dome as a mesh of 1.5 mm, wider than the scan.
+TEST(scan, curves_of_a_known_surface_are_of_its_vertices) {
+  const KnownBody truth;
+  const Samples scanned = truth.scanned(0.5e-3);
+  Surface dome;
+  const int n = 20;
+  dome.vertices.resize(n * n, 3), dome.triangles.resize(2 * (n - 1) * (n - 1), 3);
+  Eigen::Index t = 0;
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
+      const double x = 1.5e-3 * i - 6e-3, y = 1.5e-3 * j - 8e-3;
+      dome.vertices.row(i * n + j) << x, y, -KnownBody::height_m(x, y);
+      if (i + 1 == n || j + 1 == n) continue;
+      const int a = i * n + j;
+      dome.triangles.row(t++) << a, a + n, a + n + 1;
+      dome.triangles.row(t++) << a, a + n + 1, a + 1;
+    }
+  std::vector<double> height_off_m;
+  const Points found = scan::points_on_surface(scanned, 0, {});
+  for (const auto& p : found.rowwise())
+    height_off_m.push_back(std::abs(p.z() + KnownBody::height_m(p.x(), p.y())));
+  EXPECT_LT(stated_quantile(height_off_m, 0.5), 0.3e-3);
+  const scan::ScanFit fit = scan::identify(scanned, 0, {}, &dome);
+  EXPECT_EQ(fit.curves.position, dome.vertices);
+  const NodeForces forces(fit.curves.curves);
+  const SplineTables tables = tabulate(truth.basis);
+  Eigen::VectorXd control(7);
+  control << 0, 0.1, 0.3, 0.6, 1.0, 1.5, 2.1;
+  std::vector<double> off;
+  for (Eigen::Index v = 0; v < dome.vertices.rows(); ++v) {
+    const Vec3 p = dome.vertices.row(v);
+    const bool is_beyond = p.x() < -5.5e-3 || p.x() > 21.5e-3 || p.y() < -5.5e-3 || p.y() > 17.5e-3;
+    EXPECT_FALSE(is_beyond && fit.is_covered[v]) << p.transpose();
+    if (p.x() < 2e-3 || p.x() > 14e-3 || p.y() < 2e-3 || p.y() > 10e-3) continue;
+    EXPECT_TRUE(fit.is_covered[v]) << p.transpose();
+    const double known_N_m = KnownBody::stiffness(p.x()) *
+                             runtime::curve_slope(palpate::view(tables), control.data(), 3e-3);
+    off.push_back(std::abs(forces.normal_slope_N_m(v, 3e-3) / known_N_m - 1));
+  }
+  EXPECT_LT(stated_quantile(off, 0.5), 0.05);
 }
 
 TEST(scan, forces_without_a_common_direction_are_refused) {

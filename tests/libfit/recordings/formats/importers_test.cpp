@@ -106,19 +106,6 @@ TEST_F(ImportersTest, force_on_the_tool_changes_sign_and_a_minus_turns_a_column)
   EXPECT_DOUBLE_EQ(r[0].travel_m[2], -2e-3);
 }
 
-TEST_F(ImportersTest, extend_and_retract_side_by_side_follow_one_another) {
-  ReadSettings s = axial();
-  s.columns = {};
-  s.columns.depth = "Zi";
-  s.columns.force = {"Fi"};
-  s.columns.retract_depth = "Zo";
-  s.columns.retract_force = "Fo";
-  const auto r = read("Zi,Fi,Zo,Fo\n0,0,1,3\n1,4,0,0\n", s);
-  EXPECT_EQ(r[0].travel_m, (std::vector<double>{0, 1e-3, 1e-3, 0}));
-  EXPECT_EQ(r[0].push_N, (std::vector<double>{0, 4, 3, 0}));
-  EXPECT_EQ(*r[0].retract_begins, 2);
-}
-
 TEST_F(ImportersTest, a_force_with_its_own_clock_has_rows_of_its_own) {
   ReadSettings s = axial();
   s.columns.force_time = "tf";

@@ -107,8 +107,6 @@ TEST(signal, any_signal_gives_finite_samples_or_an_error) {
       }
       raw.line.push_back(static_cast<std::size_t>(i) + 1);
     }
-    if (pick(4) == 0 && is_axial)
-      raw.retract_begins = static_cast<Eigen::Index>(pick(static_cast<unsigned>(rows)));
     SignalSettings settings;
     settings.contact =
         contact_estimators()[pick(static_cast<unsigned>(contact_estimators().size()))].name;
