@@ -146,7 +146,11 @@ class Calibrate final : public Command {
     place(scene, body, samples);
     fem::PressedBody pressed(make_setup(scene, body), samples, samples_, job_count(jobs_));
     const Eigen::Index rows = pressed.observed().value.size();
-    check_rows(rows, free);
+    if (rows <= std::ssize(free))
+      throw Error(input_,
+                  fmt::format("{} cannot tell {}", counted(rows, "row", "rows"),
+                              counted(std::ssize(free), "parameter", "parameters")),
+                  "Give more rows, or fewer parameters by --free.");
     say("calibrate: {} rows of {} presses", rows, pressed.presses());
     ContentHash made_from;
     made_from.add(point_fingerprint(scene, body)).add_file(samples_).add(std::to_string(points_));
@@ -184,9 +188,14 @@ class Calibrate final : public Command {
           "{:.2g} of its own\n",
           counted(std::ssize(found.shared_error), "press", "presses"), largest);
     }
-    const int status = finish(answer, found, whole, reply);
+    write_file_atomically(output_, whole);
     cache.remove();
-    return status;
+    say("wrote {}", output_);
+    reply.text += answer.in_words();
+    for (const std::string& line : answer.not_told_apart()) warn("{}", line);
+    if (found.is_converged) return kDone;
+    say_failed("the search did not converge; the material is the best that it saw");
+    return kSomeFailed;
   }
 
  private:
@@ -212,25 +221,6 @@ class Calibrate final : public Command {
     for (int i = 0; i < points_; ++i) is_used[(2 * i + 1) * all / (2 * points_)] = 1;
     for (std::size_t row = 0; row < samples.status.size(); ++row)
       if (!is_used[samples.point[row]]) samples.status[row] = RowStatus::not_reached;
-  }
-
-  void check_rows(Eigen::Index rows, const std::vector<std::size_t>& free) const {
-    if (rows > static_cast<Eigen::Index>(free.size())) return;
-    throw Error(input_,
-                fmt::format("{} cannot tell {}", counted(rows, "row", "rows"),
-                            counted(std::ssize(free), "parameter", "parameters")),
-                "Give more rows, or fewer parameters by --free.");
-  }
-
-  int finish(const CalibrationAnswer& answer, const fem::Identification& found,
-             const std::string& text, Reply& reply) const {
-    write_file_atomically(output_, text);
-    say("wrote {}", output_);
-    reply.text += answer.in_words();
-    for (const std::string& line : answer.not_told_apart()) warn("{}", line);
-    if (found.is_converged) return kDone;
-    say_failed("the search did not converge; the material is the best that it saw");
-    return kSomeFailed;
   }
 
   std::string input_, samples_, free_, output_;

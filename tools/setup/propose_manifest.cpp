@@ -191,10 +191,8 @@ void add_group(const FilesAlike& group, const fs::path& base, const Surface* sur
                     failure.fact(), failure.remedy()));
     const auto columns = header_of(
         first, importers::unpacked(first, importers::read_bytes(first, kMaxBytes), kMaxBytes));
-    out.unread.push_back(shown + ": " + failure.fact() +
-                         (columns.size() > 1 && first.extension() == ".csv"
-                              ? "; its columns: " + listed(columns)
-                              : ""));
+    out.unread.push_back(shown + ": " + failure.fact());
+    if (first.extension() == ".csv") out.unread.back() += "; its columns: " + listed(columns);
     return;
   }
   if (best.reading.kind != ExperimentKind::scan && goes_sideways(best.result)) {

@@ -4,15 +4,6 @@ import type { Profile } from "./engine";
 /** Numbers as their bytes in base64. */
 type Packed = string;
 
-/** A number, or null where no row counts. */
-type Figure = number | null;
-
-/** Errors of one answer to some rows, over the force. */
-export interface StatedError {
-  median_rel: Figure;
-  p95_rel: Figure;
-}
-
 export interface Statement {
   /** The accuracy in a sentence, and all of it in words and a table. */
   verdict: string;
@@ -20,16 +11,8 @@ export interface Statement {
   /** Relative errors count rows above this force. */
   floor_N: number;
   /** On the machine that validated. */
-  tick_ns: Figure;
+  tick_ns: number | null;
   asset_bytes: number;
-  /** Keys of this object, in order, under which lines by name are, and what they are of. */
-  sections: { name: string; title: string }[];
-  [section: string]: unknown;
-}
-
-/** Lines of a section by name, in order. */
-export function linesOf(statement: Statement, section: string): [string, StatedError][] {
-  return Object.entries((statement[section] ?? {}) as Record<string, StatedError>);
 }
 
 /** A part of space: a ball, a box or a closed surface; without any of these it is not drawn. */

@@ -1,8 +1,8 @@
 // Small plots as SVG, so that they print, scale and follow the colour scheme.
 
-import { type Contents, largest, type StatedError } from "./contents";
+import { type Contents, largest } from "./contents";
 import { svg } from "./dom";
-import { percent, plain, scaleFor, tickLabel, ticks } from "./words";
+import { scaleFor, tickLabel, ticks } from "./words";
 
 export interface Axis {
   label: string;
@@ -41,10 +41,6 @@ export function axisOf(label: string, base: string, values: number[], limits: Pa
   return { label: `${label} [${unit}]`, scale, ...limits };
 }
 
-function picture(title: string, height: number): SVGSVGElement {
-  return svg("svg", { viewBox: `0 0 ${kWidth} ${height}`, role: "img", class: "plot", "aria-label": title });
-}
-
 /** Both ends of an axis, in its unit. */
 function range(axis: Axis, values: number[]): number[] {
   const finite = values.filter(Number.isFinite);
@@ -66,7 +62,7 @@ export function plot(title: string, x: Axis, y: Axis, series: Series[], height =
   const [y0, y1] = range(y, [...flatten(series, "y"), ...series.flatMap((s) => s.y2 ?? [])]);
   const px = (v: number) => kLeft + ((v * sx - x0) / (x1 - x0)) * (kWidth - kLeft - kRight);
   const py = (v: number) => bottom - ((v * sy - y0) / (y1 - y0)) * (bottom - kTop);
-  const root = picture(title, height);
+  const root = svg("svg", { viewBox: `0 0 ${kWidth} ${height}`, role: "img", class: "plot", "aria-label": title });
   const middle = (kTop + bottom) / 2;
   const xs = ticks(x0, x1);
   const ys = ticks(y0, y1, Math.max(3, Math.round((bottom - kTop) / 43)));
@@ -139,40 +135,4 @@ export function errorPlot(
       : []),
     ...dots,
   ]);
-}
-
-/** Shares of force as bars, the median in front of the 95th percentile, with a line at `jnd`. */
-export function bars(title: string, lines: [string, StatedError][], jnd: number): SVGSVGElement {
-  const left = 118;
-  const right = 56;
-  const step = 26;
-  const rows = lines.map(([name, e]) => ({ name: plain(name), median: e.median_rel, p95: e.p95_rel }));
-  const height = rows.length * step + 34;
-  const highest = Math.max(jnd * 1.15, ...rows.map((r) => r.p95 ?? 0));
-  const px = (v: number) => left + (Math.min(v, highest) / highest) * (kWidth - left - right);
-  // Not across the line of what is noticeable.
-  const labelAt = (x: number) => (x < px(jnd) + 2 && x > px(jnd) - 36 ? px(jnd) + 5 : x);
-  const shares = rows.map((r) => `${r.name} ${percent(r.p95)}`).join(", ");
-  const root = picture(`${title}, 95th percentiles: ${shares}`, height);
-  const at = ticks(0, 100 * highest, 4);
-  for (const v of at) {
-    root.append(
-      svg("line", { class: "grid", x1: px(v / 100), x2: px(v / 100), y1: 4, y2: height - 28 }),
-      svg("text", { x: px(v / 100), y: height - 14, "text-anchor": "middle" }, `${tickLabel(v, at[1] - at[0])} %`),
-    );
-  }
-  rows.forEach((row, i) => {
-    const y = 8 + i * step;
-    root.append(
-      svg("text", { x: left - 8, y: y + 13, "text-anchor": "end" }, row.name),
-      svg("text", { x: labelAt(px(row.p95 ?? 0) + 5), y: y + 13 }, percent(row.p95, (row.p95 ?? 0) < 0.0995 ? 1 : 0)),
-    );
-    if (row.p95 === null || row.median === null) return;
-    root.append(
-      svg("rect", { class: "bar p95", x: left, y, width: Math.max(px(row.p95) - left, 0.5), height: 16 }),
-      svg("rect", { class: "bar median", x: left, y: y + 4, width: Math.max(px(row.median) - left, 0.5), height: 8 }),
-    );
-  });
-  root.append(svg("line", { class: "jnd", x1: px(jnd), x2: px(jnd), y1: 2, y2: height - 28 }));
-  return root;
 }

@@ -12,17 +12,11 @@ function counts(contents: Contents): string[] {
     for (const name of names) if (name !== "good") found.set(name, (found.get(name) ?? 0) + 1);
     return [...found].map(([name, count]) => `${count} ${plain(name)}`).join(", ");
   };
-  const rows = contents.rows;
-  if (rows) {
-    const status = Array.from(bytes(rows.status), (code) => rows.status_names[code]);
-    const bad = tally(status);
-    if (bad) out.push(`Of ${status.length} rows, these were not used: ${bad}.`);
-  }
-  const points = contents.points;
-  if (points) {
-    const bad = tally(points.status);
-    if (bad) out.push(`Of ${points.name.length} test points: ${bad}.`);
-  }
+  const { rows, points } = contents;
+  const status = rows ? Array.from(bytes(rows.status), (code) => rows.status_names[code]) : [];
+  const [badRows, badPoints] = [tally(status), tally(points?.status ?? [])];
+  if (badRows) out.push(`Of ${status.length} rows, these were not used: ${badRows}.`);
+  if (badPoints) out.push(`Of ${points?.name.length} test points: ${badPoints}.`);
   return out;
 }
 

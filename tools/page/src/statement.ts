@@ -1,11 +1,11 @@
 // The error statement, first in words, then as pictures.
 
 import { seriesColour } from "./colours";
-import { type Contents, heldOutPaths, linesOf } from "./contents";
+import { type Contents, heldOutPaths } from "./contents";
 import { details, figure, html, section, swatch } from "./dom";
-import { bars, errorPlot, plot, type Series } from "./plot";
+import { errorPlot, plot, type Series } from "./plot";
 import { ask } from "./terms";
-import { percent, plain, quantity } from "./words";
+import { plain, quantity } from "./words";
 
 /** One line on how wrong it is. */
 export function verdict(contents: Contents): (string | HTMLElement)[] {
@@ -47,6 +47,7 @@ function scatter(contents: Contents): HTMLElement | undefined {
       { class: "legend" },
       ...paths.map((path, k) => swatch(plain(path), seriesColour(k))),
       swatch("just noticeable", "", "jnd"),
+      ask("just noticeable"),
     ),
   );
 }
@@ -90,31 +91,8 @@ export function statementSection(contents: Contents, paths: HTMLElement): HTMLEl
   out.append(paths);
   const pictures = html("div", { class: "figures" });
   for (const picture of [scatter(contents), costPlot(contents)]) if (picture) pictures.append(picture);
-  const sections = s.sections
-    .map(({ name, title }) => ({
-      name,
-      title: title.charAt(0).toUpperCase() + title.slice(1),
-      lines: linesOf(s, name),
-    }))
-    .filter(({ lines }) => lines.length > 0);
-  for (const { title, lines } of sections) pictures.append(figure(title, bars(title, lines, contents.jnd.share)));
   out.append(
-    details(
-      "Rows, paths, causes and baselines",
-      html("pre", { class: "scroll", tabindex: 0 }, s.words),
-      pictures,
-      html(
-        "p",
-        { class: "legend" },
-        swatch("median", seriesColour(0)),
-        swatch("95th percentile of the error as a share of the force", seriesColour(0), "p95"),
-        swatch(`just noticeable, ${percent(contents.jnd.share, 0)}`, "", "jnd"),
-        ask("just noticeable"),
-        ...(sections.some(({ name }) => name === "baselines")
-          ? [html("span", {}, "baselines "), ask("baselines")]
-          : []),
-      ),
-    ),
+    details("Rows, paths, causes and baselines", html("pre", { class: "scroll", tabindex: 0 }, s.words), pictures),
   );
   return out;
 }
