@@ -4,12 +4,9 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <mutex>
 
 #include "libfit/core/error.hpp"
@@ -176,7 +173,7 @@ struct Reading {
   FamilyReport family;
 };
 
-Reading read_rows(const Samples& samples, const FitOptions& options, double sway_share) {
+Reading read_rows(const Samples& samples, FitOptions options, double sway_share) {
   Reading out{fit::gather_experiments(samples, sway_share), {}, {}, {}};
   fit::add_nuisances(samples, options, out.body);
   for (const fit::PointData& point : out.body.points) out.rows.push_back(fit::curve_rows(point));
@@ -202,28 +199,30 @@ bool may_sway(const Samples& samples) {
   return false;
 }
 
-// Rows without the body's sway, with all of it, a half or a quarter, whichever lets left-out rows
-// be predicted best: with it the family is rings.
-Reading settle_reading(const Samples& samples, FitOptions options) {
-  Reading best = read_rows(samples, options, 0);
-  if (options.sways == false || best.family.family != CurveFamily::rings ||
-      !is_dragged(best.rows) || !may_sway(samples))
-    return best;
-  options.family = CurveFamily::rings;
-  double least = std::numeric_limits<double>::infinity();
-  std::string reason = best.family.reason + "; left-out rows by the share of the body's sway";
-  for (const double share : {0.0, 1.0, 0.5, 0.25}) {
-    if (share == 0 && options.sways) continue;
-    Reading local = read_rows(samples, options, share);
-    const double error = fit::left_out_error(local.body, local.rows, local.bases, options);
-    reason += fmt::format(", {} {}", share, percent(error));
-    if (!(error < least)) continue;
-    least = error;
-    best = std::move(local);
-    best.family.sways = share > 0;
+// Rows as they are or without the body's sway, whichever lets held-out rows be predicted better:
+// without it the family is rings.
+Reading settle_reading(const Samples& samples, const FitOptions& options) {
+  Reading plain = read_rows(samples, options, 0);
+  if (options.sways == false || plain.family.family != CurveFamily::rings ||
+      !is_dragged(plain.rows) || !may_sway(samples))
+    return plain;
+  FitOptions rings = options;
+  rings.family = CurveFamily::rings;
+  const auto judged = [&](const Reading& reading) {
+    return fit::judge_family(reading.body, reading.rows, reading.bases, rings);
+  };
+  const fit::FamilyEvidence without = judged(plain);
+  // All of it, else half or a quarter, as a part that is stretched moves less.
+  for (const double share : {1.0, 0.5, 0.25}) {
+    Reading local = read_rows(samples, rings, share);
+    const fit::FamilyEvidence with = judged(local);
+    plain.family.reason += "; rings on a body that sways " + percent(with.median_error) + ", " +
+                           percent(with.p95_error);
+    if (!fit::improves_by_sway(without, with)) continue;
+    local.family = {CurveFamily::rings, true, plain.family.reason};
+    return local;
   }
-  best.family.reason = reason;
-  return best;
+  return options.sways ? read_rows(samples, rings, 1) : plain;
 }
 
 FittedCurves fit_slow_rows(const Samples& samples, const FitOptions& wanted,

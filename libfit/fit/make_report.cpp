@@ -13,11 +13,20 @@
 namespace palpate::fit {
 namespace {
 
+constexpr double kWorthIt = 0.9;  // of the error without a sway
+
 // The point with the rows of one parity weightless.
 PointData without_rows(PointData point, std::size_t parity) {
   for (PointExperiment& e : point.experiments)
     for (std::size_t i = parity; i < e.row.size(); i += 2) e.weight[i] = 0;
   return point;
+}
+
+double largest_force(const PointData& point) {
+  double largest = 0;
+  for (const PointExperiment& e : point.experiments)
+    for (const Vec3& force : e.force) largest = std::max(largest, force.norm());
+  return largest;
 }
 
 // Appends the relative errors of the rows of one parity.
@@ -33,7 +42,7 @@ void add_errors(const PointData& point, const Bases& bases, const PointCurves& c
         part_controls<double>(part, quadric_of(point), curves.constants.data() + at, point.sway));
   });
   const LocalCurves local{&bases, pointers_to<double>(control), quadric_of(point)};
-  const double floor = relative_floor(1);  // of the typical force
+  const double floor = relative_floor(largest_force(point));
   for (std::size_t k = 0; k < point.experiments.size(); ++k) {
     const PointExperiment& e = point.experiments[k];
     Points path(e.row.size(), 3);
@@ -85,21 +94,38 @@ std::string assumed_curves(const std::vector<CurveRows>& rows, const BodyBases& 
 
 }  // namespace
 
-double left_out_error(const BodyData& body, const std::vector<CurveRows>& rows,
-                      const BodyBases& bases, const FitOptions& options) {
+FamilyEvidence judge_family(const BodyData& body, const std::vector<CurveRows>& rows,
+                            const BodyBases& bases, const FitOptions& options) {
   const Bases plain(bases.plain, bases.family);
   std::vector<double> errors;
-  for (std::size_t p = 0; p < body.points.size(); p += (body.points.size() + 23) / 24)
+  // Presses of the families hardly differ: where some points are dragged, these judge.
+  std::vector<std::size_t> judges, dragged;
+  for (std::size_t p = 0; p < body.points.size(); ++p) {
+    if (!body.points[p].problem.empty()) continue;
+    judges.push_back(p);
+    if (rows[p].drags > 0) dragged.push_back(p);
+  }
+  if (!dragged.empty()) judges = dragged;
+  const std::size_t stride = (judges.size() + 23) / 24;
+  for (std::size_t i = 0; i < judges.size(); i += std::max<std::size_t>(stride, 1)) {
+    const std::size_t p = judges[i];
     for (const std::size_t parity : {0U, 1U}) {
-      errors.push_back(1);  // of a point without curves
-      if (!body.points[p].problem.empty()) continue;
       const PointData fitted = without_rows(body.points[p], parity);
       const PointCurves curves = identify(fitted, rows[p], bases, plain, options);
-      if (!curves.problem.empty()) continue;
-      errors.pop_back();
-      add_errors(fitted, plain, curves, parity, errors);
+      if (curves.problem.empty()) add_errors(fitted, plain, curves, parity, errors);
     }
-  return lower_quantile(errors, 0.95);
+  }
+  return {median(errors), lower_quantile(errors, 0.95), errors.size()};
+}
+
+bool improves_by_sway(const FamilyEvidence& without, const FamilyEvidence& with) {
+  // A sway that takes more than the deflection off leaves points without rows.
+  if (double(with.rows) < kWorthIt * double(without.rows)) return false;
+  const bool has_lower_p95 =
+      with.p95_error < kWorthIt * without.p95_error && with.median_error <= without.median_error;
+  const bool has_lower_median = with.median_error < kWorthIt * without.median_error &&
+                                kWorthIt * with.p95_error <= without.p95_error;
+  return has_lower_p95 || has_lower_median;
 }
 
 RingPoint ring_point(double log_force, const double* constant, const double* error) {

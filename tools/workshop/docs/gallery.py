@@ -70,7 +70,7 @@ def balls(scene):
 
 
 def draw(scene):
-    """The body from above its side: window red, held part blue, test points dark, stiff part violet."""
+    """The body from above its side: window red, held part blue, test points dark, stiff part green."""
     import h5py
     import matplotlib
     import numpy as np
@@ -112,7 +112,7 @@ def draw(scene):
         for part in tomllib.loads(scene.read_text()).get("inclusion", []):
             size = float(part["sphere"]["radius"].split()[0]) / 1e3
             at = np.array([float(x.split()[0]) / 1e3 for x in part["sphere"]["center"]])
-            axes.add_patch(plt.Circle((at @ right, at @ np.cross(towards, right)), size, color=(0.35, 0.1, 0.5, 0.55), lw=0))
+            axes.add_patch(plt.Circle((at @ right, at @ np.cross(towards, right)), size, color=(0.05, 0.4, 0.15, 0.65), lw=0))
         axes.plot(*(points @ view)[:, :2].T, ".", color="#402010", markersize=2)
         for ends, size in balls(tomllib.loads(scene.read_text())):
             on = places[window][np.argmin(((places[window] - places[window].mean(0)) ** 2).sum(1))]
@@ -156,7 +156,7 @@ used = {scene: set(keys(scene)) for scene in SCENES}
 times = collections.Counter(key for names in used.values() for key in names)
 lines = ["""# Scenes to start from
 
-`tools/workshop/docs/gallery.py` makes this page. Copy a scene, name your mesh, and keep what it shows. A [scene](formats/scene.md) for a mesh of your own is proposed by `palpate new`. Errors (19 of 20 forces are off by less) and CPU time are those of [validation](validation.md#assets). Red is the window, blue what is held, violet what is stiffer, grey the ball or tool; dots are the first test points. Quick runs shared a machine, which may double their CPU time.
+`tools/workshop/docs/gallery.py` makes this page. Copy a scene, name your mesh, and keep what it shows. A [scene](formats/scene.md) for a mesh of your own is proposed by `palpate new`. Errors (19 of 20 forces are off by less) and CPU time are those of [validation](validation.md#assets). Red is the window, blue what is held, green what is stiffer, grey the ball or tool; dots are the first test points. Quick runs shared a machine, which may double their CPU time.
 
 | | scene | what it is | keys that few others have | error | CPU |
 |---|---|---|---|---|---|"""]
