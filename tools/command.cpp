@@ -340,6 +340,12 @@ int refuse(Session& session, const Error& error, ExitStatus status = kBadInput) 
 
 }  // namespace
 
+std::vector<std::string> parts_of_list(const std::string& text) {
+  std::vector<std::string> parts = CLI::detail::split(text, ',');
+  for (std::string& part : parts) CLI::detail::trim(part);
+  return parts;
+}
+
 void refuse_options(std::initializer_list<std::pair<const char*, bool>> options,
                     const std::string& fact, const std::string& remedy) {
   for (const auto& [option, is_set] : options)

@@ -63,6 +63,9 @@ class Command {
   virtual int run(Reply& reply) = 0;
 };
 
+/// The parts between commas, without blanks at their ends.
+std::vector<std::string> parts_of_list(const std::string& text);
+
 /// Throws Error at the first of these options that is set: the command takes none of them here.
 void refuse_options(std::initializer_list<std::pair<const char*, bool>> options,
                     const std::string& fact, const std::string& remedy = "Leave it out.");

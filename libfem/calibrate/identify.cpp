@@ -190,9 +190,8 @@ Identification identify_as_stated(const MaterialParameters& start, const Observa
   out.free = options.free;
   const MaterialParameters middle = search.at(search.place(start).data());
   const VectorXd at_start = responses({middle}).front();
-  out.has_answer = at_start.size() > 0;
   out.is_stopped = options.progress.stopped();
-  if (out.is_stopped || !out.has_answer) return out;
+  if (out.is_stopped || at_start.size() == 0) return out;
   const SearchEnd best = solve(search, search.scaled_to_fit(middle, at_start));
   out.is_stopped = options.progress.stopped();
   if (out.is_stopped || !std::isfinite(best.cost)) return out;

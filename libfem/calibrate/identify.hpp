@@ -69,7 +69,6 @@ struct Identification {
   /// Empty where every parameter is determined to half of itself; else the combinations that are.
   std::vector<DeterminedCombination> determined;
   bool are_told_apart = true;
-  bool has_answer = false;  ///< the material that the search starts from has responses
   bool is_converged = false, is_stopped = false;
 
   double deviation(std::size_t k) const { return std::sqrt(covariance(k, k)); }

@@ -248,7 +248,7 @@ Identification identify(PressedBody& body, const MaterialParameters& start,
   Eigen::VectorXd share;  // forces of the scene's meshes over the coarse one's
   for (int round = 0; round < kRounds; ++round) {
     found = identify(from, body.observed(), responses_of(PressMesh::coarse, share), options);
-    if (found.is_stopped || !found.has_answer || found.response.size() == 0) return found;
+    if (found.is_stopped || found.response.size() == 0) return found;
     // Materials that differ by a factor alone lack the same.
     const auto size = [&](const MaterialParameters& material) {
       return !body.is_scaled() ? 1 : sum_of_moduli(material);

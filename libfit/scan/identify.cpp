@@ -175,19 +175,6 @@ Nodes::NodeMesh places_on(const ScanIdentification& fit, const Surface& surface,
   return out;
 }
 
-// Vertices elsewhere have the mean of the others.
-void fill_with_mean(const Mask& is_covered, CurveSet& curves) {
-  const double count = double(std::ranges::count(is_covered, 1));
-  for (Controls& control : curves.control) {
-    Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(control.cols());
-    for (std::size_t v = 0; v < is_covered.size(); ++v)
-      if (is_covered[v]) sum += control.row(v);
-    for (std::size_t v = 0; v < is_covered.size(); ++v)
-      if (!is_covered[v]) control.row(v) = sum / count;
-    control = rounded_to_float(control);
-  }
-}
-
 Vec3 normal_at(const Surface& surface, const Points& inward_normal, const SurfacePoint& at) {
   Vec3 inward = Vec3::Zero();
   for (int k = 0; k < 3; ++k)
@@ -231,7 +218,6 @@ ScanFit identify(const Samples& scans, int jobs, const Progress& progress, const
     const auto mesh = places_on(fit, *known, has_rows, out.is_covered);
     out.surface = *known, curves.normal = -vertex_normals(*known);
     curves.curves = curves_of(fit.nodes, fit.parameters, fit.basis, mesh, curves.normal);
-    fill_with_mean(out.is_covered, curves.curves);
   } else {
     out.surface = body.mesh().surface;
     curves.normal = body.model().inward_normal, curves.curves = body.model().curves;

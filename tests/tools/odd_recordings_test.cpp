@@ -290,11 +290,11 @@ TEST(OddRecordings, a_folder_is_read_though_its_first_files_are_bad) {
 
 TEST(OddRecordings, headers_may_be_german_french_spanish_or_italian) {
   const std::string rows = "{:.2f};{:.5f};{:.6f}";
-  for (const char* header : {"Zeit (s);Weg (mm);Kraft (N)", "Zeit;Eindringtiefe;Normalkraft",
-                             "Temps_s;Profondeur_mm;Effort_N", "temps;d\xC3\xA9placement;force",
-                             "Tiempo_s;Profundidad_mm;Fuerza_N", "tempo;spostamento;forza",
-                             "Temps (s);D\xE9placement (mm);Force (N)",
-                             "Elapsed (s);Crosshead (mm);LoadCell (N)"}) {
+  for (const char* header :
+       {"Zeit (s);Weg (mm);Kraft (N)", "Zeit;Eindringtiefe;Normalkraft",
+        "Temps_s;Profondeur_mm;Effort_N", "temps;d\xC3\xA9placement;force",
+        "Tiempo_s;Profundidad_mm;Fuerza_N", "tempo;spostamento;forza",
+        "Temps (s);D\xE9placement (mm);Force (N)", "Elapsed (s);Crosshead (mm);LoadCell (N)"}) {
     const Folder folder;
     fs::create_directory(folder / "rig");
     folder.write("rig/a.csv", table(header, rows));

@@ -26,21 +26,11 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-std::vector<std::string> split_names(const std::string& text) {
-  std::vector<std::string> names{""};
-  for (const char c : text)
-    if (c == ',')
-      names.emplace_back();
-    else if (c != ' ')
-      names.back() += c;
-  return names;
-}
-
 std::vector<std::size_t> free_of(const fem::MaterialParameters& material, const std::string& wish) {
   if (wish.empty()) return fem::identifiable(material);
   const auto names = names_of(material);
   std::vector<std::size_t> free;
-  for (const std::string& name : split_names(wish)) {
+  for (const std::string& name : parts_of_list(wish)) {
     const auto found = std::ranges::find(names, name, &NamedParameter::name);
     const auto at = static_cast<std::size_t>(found - names.begin());
     const std::string law = "law " + material.law;
@@ -90,7 +80,6 @@ class PressCache {
     std::error_code ignored;
     fs::remove(path_, ignored);
   }
-  const std::string& path() const { return path_; }
 
  private:
   void take(const Json& kept) {
@@ -160,8 +149,8 @@ class Calibrate final : public Command {
         fem::identify(pressed, *scene.material, {.free = free, .progress = progress.progress()});
     if (is_interrupted()) {
       cache.keep();
-      throw Interrupted(
-          fmt::format("calibrate: what is done is kept in {}; go on with --resume", cache.path()));
+      throw Interrupted(fmt::format("calibrate: what is done is kept in {}; go on with --resume",
+                                    output_ + ".partial"));
     }
     if (found.response.size() == 0)
       throw Error(input_, "a press fails with the material that the search starts from",

@@ -11,6 +11,7 @@
 #include "libfem/calibrate/identify.hpp"
 #include "libfem/materials/materials.hpp"
 #include "libfit/core/text.hpp"
+#include "libfit/core/units.hpp"
 #include "tools/scene/canonical.hpp"
 
 namespace palpate::tools {
@@ -38,9 +39,7 @@ struct PressureUnit {
       : name(largest_Pa >= 1e6   ? "MPa"
              : largest_Pa >= 1e3 ? "kPa"
                                  : "Pa"),
-        size_Pa(largest_Pa >= 1e6   ? 1e6
-                : largest_Pa >= 1e3 ? 1e3
-                                    : 1) {}
+        size_Pa(*unit_factor(name, Dimension::pressure)) {}
   std::string name;
   double size_Pa;
 };

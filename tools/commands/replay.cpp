@@ -96,10 +96,8 @@ class ToolSet {
   ToolSet(const std::string& scenes, int tools) : tool_(static_cast<std::size_t>(tools)) {
     if (scenes.empty()) return;
     std::vector<PlayedTool> shape;
-    for (std::size_t at = 0, end = 0; end != std::string::npos; at = end + 1) {
-      end = scenes.find(',', at);
-      shape.push_back(shape_of(read_scene(scenes.substr(at, end - at))));
-    }
+    for (const std::string& scene : parts_of_list(scenes))
+      shape.push_back(shape_of(read_scene(scene)));
     if (shape.size() != 1 && shape.size() != tool_.size())
       throw Error("--tool", fmt::format("names {} scenes for {} tools", shape.size(), tool_.size()),
                   "Name one for all tools of the path, or one for each.");
@@ -217,7 +215,6 @@ class PathOnBody {
       return;
     }
   }
-  /// A tool without an orientation stands along z, whatever the window looks to.
   void say_leaning() const {
     Vec3 inward = Vec3::Zero();
     for (int v = 0; v < asset_.vertices; ++v)

@@ -27,15 +27,12 @@ namespace {
 // Marks the nuisance parameters that are estimated (FitOptions). names: with commas between.
 std::array<bool, 3> nuisances_named(const std::string& names) {
   std::array<bool, 3> choice{};
-  for (std::size_t begin = 0; begin < names.size();) {
-    const std::size_t end = std::min(names.find(',', begin), names.size());
-    const std::string name = names.substr(begin, end - begin);
+  for (const std::string& name : parts_of_list(names)) {
     const auto row = std::ranges::find(kNuisanceNames, name);
     if (row == kNuisanceNames.end())
       throw Error("--free", "there is nothing called \"" + name + "\" to free",
                   "Use contact, bias, drift, or several with commas between.");
     choice[row - kNuisanceNames.begin()] = true;
-    begin = end + 1;
   }
   return choice;
 }

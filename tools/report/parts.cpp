@@ -136,7 +136,6 @@ void add_body(Json& json, const Body& body) {
   for (Eigen::Index f = 0; f < std::ssize(is_lumen); ++f)
     if (is_lumen[f]) lumen.push_back(f);
   json["set_up"] = {{"held", packed(held)},
-                    {"tets", body.volume.tets.rows()},
                     {"nodes_m", packed_as<float>(body.volume.nodes)},
                     {"boundary", packed_as<std::int32_t>(boundary)},
                     {"lumen", packed_as<std::int32_t>(Triangles(boundary(lumen, Eigen::all)))},

@@ -163,15 +163,13 @@ void move(const RigidMotion& motion, Samples& samples) {
 void register_scan(const ImportRequest& request, const Surface& mesh, const Points& found,
                    ReadRecordings& read) {
   const Registration registration = register_to_surface(found, mesh, {});
-  const double most_m = request.manifest.options.place_tolerance_m;
-  if (!(registration.rms_m <= most_m))
+  if (!(registration.rms_m <= request.manifest.options.place_tolerance_m))
     throw Error(request.manifest.path.string(),
                 fmt::format("the scan's surface lies {:.2g} mm (rms) from the mesh, where it fits "
                             "best from this start",
                             1e3 * registration.rms_m),
-                fmt::format("Say where the scan was: [registration], with three landmarks; or "
-                            "raise place_tolerance ({:.2g} mm).",
-                            1e3 * most_m));
+                "Say where the scan was: [registration], with three landmarks; or raise "
+                "place_tolerance.");
   move(registration.motion, read.assembled.samples);
   read.motion = registration.motion;
   read.assembled.registration = registration;

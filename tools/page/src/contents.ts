@@ -71,7 +71,6 @@ export interface Contents {
   set_up?: {
     /** Nodes that are held. */
     held: Packed;
-    tets: number;
     nodes_m: Packed;
     boundary: Packed;
     /** Triangles of the boundary that a hollow body has inside. */

@@ -39,9 +39,6 @@ export function provenanceSection(contents: Contents): HTMLElement {
     );
     facts.push(["probe", [probe.shape, ...sizes, `friction ${digits(probe.friction, 2)}`].join(", ")]);
   }
-  if (contents.points) facts.push(["test points", String(contents.points.name.length)]);
-  if (contents.rows) facts.push(["rows", String(bytes(contents.rows.status).length)]);
-  if (contents.set_up?.tets) facts.push(["base mesh", `${contents.set_up.tets} tetrahedra`]);
   if (contents.statement) {
     facts.push(["a tick of the engine, on the machine that ran this", tick(contents.statement.tick_ns)]);
     facts.push(["size of the asset", `${(contents.statement.asset_bytes / 1e3).toFixed(0)} kB`]);

@@ -70,10 +70,7 @@ function costPlot(contents: Contents): HTMLElement | undefined {
       { label: "error [%]", scale: 100, min: 0 },
       [
         { kind: "line", look: "jnd", x: [0, 1.04 * most], y: [jnd, jnd] },
-        ...lines.flatMap(([, y], k): Series[] => [
-          { kind: "line", colour: seriesColour(k), x: placement.points, y },
-          { kind: "dots", colour: seriesColour(k), x: placement.points, y },
-        ]),
+        ...lines.map(([, y], k): Series => ({ kind: "line", colour: seriesColour(k), x: placement.points, y })),
       ],
     ),
     html("p", { class: "legend" }, ...lines.map(([name], k) => swatch(name, seriesColour(k)))),
