@@ -341,7 +341,7 @@ int refuse(Session& session, const Error& error, ExitStatus status = kBadInput) 
 }  // namespace
 
 std::vector<std::string> parts_of_list(const std::string& text) {
-  std::vector<std::string> parts = CLI::detail::split(text, ',');
+  auto parts = text.empty() ? std::vector<std::string>() : CLI::detail::split(text, ',');
   for (std::string& part : parts) CLI::detail::trim(part);
   return parts;
 }
