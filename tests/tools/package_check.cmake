@@ -62,7 +62,7 @@ expect("${all}" "Package: libpalpate-engine-dev\n.*Depends: libpalpate-engine1")
 
 # The program finds its page and scenes beside it, and a reader the documents that messages name.
 set(prefix ${WORK}/root/usr)
-foreach(page formats/tests formats/study formats/scene measured-data bad-inputs tutorial)
+foreach(page formats/manifest formats/study formats/scene measured-data bad-inputs tutorial)
   if(NOT EXISTS ${prefix}/share/doc/palpate/docs/${page}.md)
     message(FATAL_ERROR "no docs/${page}.md in the package")
   endif()
