@@ -28,10 +28,10 @@ Points points_on_surface(const Samples& scans, int jobs, const Progress& progres
 
 /// Surface, curves and unknowns of the recording from rows of the kind `scan`, each experiment a
 /// pass in its recording's time, and from presses and drags of the same rig, which have no bias
-/// (docs/measured-data.md, Scans). known: the
-/// body's surface in the scan's frame, which the result then has; curves are of its vertices,
-/// beyond the scan 0. jobs: threads, 0: all; the result does not depend on it,
-/// and is none where Progress stopped it. Throws Error where nothing presses.
+/// (docs/measured-data.md, Scans). known: the body's surface in the scan's frame [m], which the
+/// result then has; curves are of its vertices, beyond the scan 0. jobs: threads, 0: all; the
+/// result does not depend on it, and is none where Progress stopped it. Throws Error where nothing
+/// presses, or no vertex of `known` lies under the rows.
 ScanFit identify(const Samples& scans, int jobs = 0, const Progress& progress = {},
                  const Surface* known = nullptr);
 
