@@ -45,37 +45,6 @@ double rows_each(const VectorXd& r, const std::vector<int>& group) {
   return sum;
 }
 
-// Adds the combinations that are determined where the constants are not: directions V of relative
-// changes (over `size`) with a small deviation.
-void add_combinations(const MaterialSearch& search, const MatrixXd& V, const MatrixXd& relative,
-                      const VectorXd& size, Identification& out) {
-  const bool is_product =
-      !std::all_of(out.free.begin(), out.free.end(), [&](auto i) { return search.is_modulus(i); });
-  for (Index i = 0; i < V.cols(); ++i) {
-    const double spread = std::sqrt(V.col(i).dot(relative * V.col(i)));
-    if (spread > kUndetermined) continue;
-    DeterminedCombination one{.weight = V.col(i), .is_product = is_product};
-    if (!is_product) one.weight = one.weight.cwiseQuotient(size).eval();
-    Index main = 0;
-    one.weight.cwiseProduct(is_product ? VectorXd::Ones(size.size()) : size)
-        .cwiseAbs()
-        .maxCoeff(&main);
-    one.weight /= one.weight[main];
-    one.value = is_product ? 1 : 0;
-    for (Index j = 0; j < V.cols(); ++j) {
-      const double value = out.material.values[out.free[j]];
-      if (is_product)
-        one.value *= std::pow(std::abs(value), one.weight[j]);
-      else
-        one.value += one.weight[j] * value;
-    }
-    const VectorXd scaled =
-        is_product ? VectorXd(one.value * one.weight.cwiseQuotient(size)) : one.weight;
-    one.deviation = std::sqrt(scaled.dot(out.covariance * scaled));
-    out.determined.push_back(one);
-  }
-}
-
 struct SearchEnd {
   VectorXd y;
   double cost = std::numeric_limits<double>::infinity();
@@ -178,7 +147,6 @@ void state_errors(const MaterialSearch& search, const Observations& observed, co
 
   for (Index i = 0; i < k; ++i)
     if (std::sqrt(V.col(i).dot(relative * V.col(i))) > kUndetermined) out.are_told_apart = false;
-  if (!out.are_told_apart) add_combinations(search, V, relative, size, out);
 }
 
 Identification identify_as_stated(const MaterialParameters& start, const Observations& observed,

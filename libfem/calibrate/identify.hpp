@@ -43,14 +43,6 @@ struct IdentifyOptions {
   Progress progress = {};
 };
 
-/// A combination of parameters that the observations determine where they do not determine each
-/// parameter: their weighted sum, or where units differ the product of their powers.
-struct DeterminedCombination {
-  Eigen::VectorXd weight;  ///< of each free parameter
-  bool is_product = false;
-  double value = 0, deviation = 0;
-};
-
 /// A material found. covariance, correlation: of the free parameters, in their own units (M44).
 struct Identification {
   MaterialParameters material;
@@ -66,8 +58,7 @@ struct Identification {
   /// widened alike until they are not.
   std::vector<double> shared_error;
   Eigen::VectorXd response;  ///< N
-  /// Empty where every parameter is determined to half of itself; else the combinations that are.
-  std::vector<DeterminedCombination> determined;
+  /// Every combination of relative changes is determined to a half.
   bool are_told_apart = true;
   bool is_converged = false, is_stopped = false;
 

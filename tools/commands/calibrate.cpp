@@ -181,7 +181,7 @@ class Calibrate final : public Command {
     cache.remove();
     say("wrote {}", output_);
     reply.text += answer.in_words();
-    for (const std::string& line : answer.not_told_apart()) warn("{}", line);
+    if (!found.are_told_apart) warn("{}", answer.not_told_apart());
     if (found.is_converged) return kDone;
     say_failed("the search did not converge; the material is the best that it saw");
     return kSomeFailed;

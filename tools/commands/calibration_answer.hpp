@@ -92,24 +92,18 @@ class CalibrationAnswer {
                                      std::sqrt(found_.sum_of_squares / static_cast<double>(rows_)));
     if (found_.rows_each > 1)
       text += fmt::format(", {:.2g} rows go together as one", found_.rows_each);
-    for (const std::string& line : not_told_apart()) text += "\n" + line;
+    if (!found_.are_told_apart) text += "\n" + not_told_apart();
     return text;
   }
-  std::vector<std::string> not_told_apart() const {
-    if (found_.are_told_apart) return {};
+  std::string not_told_apart() const {
     std::vector<std::string> all;
     for (std::size_t k = 0; k < found_.free.size(); ++k) all.push_back(name(k));
-    if (all.size() == 1) return {fmt::format("the rows do not determine {}", all.front())};
-    std::vector<std::string> lines{
-        fmt::format("the rows do not tell {} apart{}", listed(all, ", "),
-                    found_.determined.empty() ? " and determine none" : "; they determine")};
-    for (const auto& one : found_.determined) lines.push_back("  " + in_words(one));
-    return lines;
+    return all.size() == 1 ? fmt::format("the rows do not determine {}", all.front())
+                           : fmt::format("the rows do not tell {} apart", listed(all, ", "));
   }
   nlohmann::ordered_json json() const {
     nlohmann::ordered_json parameters = nlohmann::ordered_json::array(),
-                           correlation = nlohmann::ordered_json::array(),
-                           determined = nlohmann::ordered_json::array();
+                           correlation = nlohmann::ordered_json::array();
     for (std::size_t k = 0; k < found_.free.size(); ++k) {
       const std::size_t i = found_.free[k];
       const double value = found_.material.values[i],
@@ -126,14 +120,10 @@ class CalibrationAnswer {
             found_.correlation(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(m)));
       correlation.push_back(line);
     }
-    for (const auto& one : found_.determined)
-      determined.push_back(
-          {{"what", combination(one)}, {"value", one.value}, {"deviation", one.deviation}});
     return {{"law", found_.material.law},
             {"parameters", parameters},
             {"correlation", correlation},
             {"told_apart", found_.are_told_apart},
-            {"determined", determined},
             {"rows", rows_},
             {"misfit", found_.misfit},
             {"rows_each", found_.rows_each},
@@ -164,29 +154,6 @@ class CalibrationAnswer {
 
  private:
   std::string name(std::size_t k) const { return names_[found_.free[k]].name; }
-  std::string combination(const fem::DeterminedCombination& one) const {
-    std::string text;
-    for (Eigen::Index k = 0; k < one.weight.size(); ++k) {
-      const double weight = one.weight[k];
-      if (std::abs(weight) < 0.005) continue;
-      const std::string shown = number(std::abs(weight), 3);
-      const bool is_one = std::abs(std::abs(weight) - 1) < 0.005;
-      const std::string its_name = name(static_cast<std::size_t>(k));
-      if (one.is_product)
-        text += fmt::format("{}{}{}", text.empty() ? "" : " ", its_name,
-                            is_one && weight > 0 ? "" : fmt::format("^{:.3g}", weight));
-      else
-        text += fmt::format("{}{}{}",
-                            text.empty() ? (weight < 0 ? "-" : "")
-                            : weight < 0 ? " - "
-                                         : " + ",
-                            is_one ? "" : fmt::format("{} ", shown), its_name);
-    }
-    return text;
-  }
-  std::string in_words(const fem::DeterminedCombination& one) const {
-    return combination(one) + " = " + with_deviation(one.value, one.deviation, !one.is_product);
-  }
 
   const fem::Identification& found_;
   std::vector<NamedParameter> names_;

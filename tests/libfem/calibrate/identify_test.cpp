@@ -107,7 +107,7 @@ TEST(Identify, holds_the_truth_in_its_region_in_95_of_100_noisy_trials) {
 }
 
 // Of a sheet whose width is held the stress is 2 (c10 + c01) (l - l^-3).
-TEST(Identify, says_which_combination_is_determined_where_parameters_are_not_told_apart) {
+TEST(Identify, says_that_parameters_are_not_told_apart_which_only_add) {
   const Eigen::ArrayXd l = Eigen::ArrayXd::LinSpaced(20, 1.02, 1.4);
   const auto sheet = [&](const MaterialParameters& m) {
     return Eigen::VectorXd(2 * (m.values[0] + m.values[1]) * (l - l.pow(-3)));
@@ -122,23 +122,7 @@ TEST(Identify, says_which_combination_is_determined_where_parameters_are_not_tol
                                         },
                                         {.free = {0, 1}});
   EXPECT_FALSE(found.are_told_apart);
-  ASSERT_EQ(found.determined.size(), 1u);
-  EXPECT_FALSE(found.determined[0].is_product);
-  EXPECT_NEAR(found.determined[0].weight.minCoeff(), 1, 0.01);
-  EXPECT_NEAR(found.determined[0].weight.maxCoeff(), 1, 0.01);
-  EXPECT_NEAR(found.determined[0].value, 2400, 3 * found.determined[0].deviation);
-  EXPECT_LT(found.determined[0].deviation, 0.02 * 2400);
   EXPECT_LT(found.correlation(0, 1), -0.99);
-}
-
-TEST(Identify, says_that_small_strain_determines_a_product_of_modulus_and_exponent) {
-  const MaterialParameters truth{"ogden", {1e3, 2, NAN, NAN, NAN, NAN, kPoissonRatio, NAN}};
-  const Identification found = find(truth, observe(pulled(truth, 1.01), 0.02, 3), 1.01);
-  EXPECT_FALSE(found.are_told_apart);
-  ASSERT_EQ(found.determined.size(), 1u);
-  EXPECT_TRUE(found.determined[0].is_product);
-  EXPECT_NEAR(found.determined[0].weight.minCoeff(), 1, 0.1);
-  EXPECT_NEAR(found.material.values[0] * found.material.values[1], 2e3, 0.03 * 2e3);
 }
 
 // A law too poor for the rows: neighbours err together, and that widens the region.
