@@ -228,14 +228,6 @@ void add_held_out(Json& json, const fs::path& path) {
   if (table.has("t_s")) held_out["time_s"] = packed_as<float>(table.number("t_s"));
 }
 
-void add_placement(Json& json, const fs::path& path) {
-  static constexpr CsvColumnRule kRules[] = {{"points"},  {"new_points"}, {"median_rel"},
-                                             {"p95_rel"}, {"max_rel"},    {"dragged"}};
-  const CsvTable table = read_csv(path, kRules);
-  for (const CsvColumnRule& rule : kRules)
-    json["placement"][std::string(rule.name)] = table.number(rule.name);
-}
-
 void add_asset(Json& json, const fs::path& path) {
   const AssetFile file = read_asset_file(path);
   if (!json.contains("surface")) json["surface"] = surface_json(surface_of(file.asset()));

@@ -162,7 +162,6 @@ Json contents_of(const fs::path& folder) {
     add_samples(json, read_samples(folder / "samples.h5"), fitted ? &*fitted : nullptr);
   if (has("samples.h5") && has("samples.signals.h5")) add_pictures(json, folder);
   if (has("validation.csv")) add_held_out(json, folder / "validation.csv");
-  if (has("placement.csv")) add_placement(json, folder / "placement.csv");
   if (has("asset.palp")) add_asset(json, folder / "asset.palp");
   return json;
 }

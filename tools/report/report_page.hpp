@@ -80,8 +80,6 @@ void add_curves(Json& json, const FittedCurves& fitted);
 void add_samples(Json& json, const Samples& samples, const FittedCurves* fitted);
 /// path: validation.csv of a run.
 void add_held_out(Json& json, const std::filesystem::path& path);
-/// path: placement.csv of a run.
-void add_placement(Json& json, const std::filesystem::path& path);
 /// After the statement, which the asset must carry, too.
 void add_asset(Json& json, const std::filesystem::path& path);
 

@@ -125,8 +125,6 @@ export interface Contents {
     /** There where a recording has a clock. */
     time_s?: Packed;
   };
-  /** A row per round of placement. */
-  placement?: { points: number[]; median_rel: number[]; p95_rel: number[] };
   asset?: { bytes: string; range_m: number; program?: string };
 }
 

@@ -3,7 +3,7 @@
 import { seriesColour } from "./colours";
 import { type Contents, heldOutPaths } from "./contents";
 import { details, figure, html, section, swatch } from "./dom";
-import { errorPlot, plot, type Series } from "./plot";
+import { errorPlot, type Series } from "./plot";
 import { ask } from "./terms";
 import { plain, quantity } from "./words";
 
@@ -52,31 +52,6 @@ function scatter(contents: Contents): HTMLElement | undefined {
   );
 }
 
-/** Errors at a placement round's new test points, over the number of points that predicted them. */
-function costPlot(contents: Contents): HTMLElement | undefined {
-  const placement = contents.placement;
-  if (!placement) return undefined;
-  const lines: [string, number[]][] = [
-    ["median", placement.median_rel],
-    ["95th percentile", placement.p95_rel],
-  ];
-  const most = Math.max(...placement.points);
-  const jnd = contents.jnd.share;
-  return figure(
-    "Error against cost: new test points, predicted from those before",
-    plot(
-      "Error of the prediction at new test points over the number of test points",
-      { label: "test points that predicted", min: 0, max: 1.04 * most },
-      { label: "error [%]", scale: 100, min: 0 },
-      [
-        { kind: "line", look: "jnd", x: [0, 1.04 * most], y: [jnd, jnd] },
-        ...lines.map(([, y], k): Series => ({ kind: "line", colour: seriesColour(k), x: placement.points, y })),
-      ],
-    ),
-    html("p", { class: "legend" }, ...lines.map(([name], k) => swatch(name, seriesColour(k)))),
-  );
-}
-
 /** paths: the force along one of them, shown first. */
 export function statementSection(contents: Contents, paths: HTMLElement): HTMLElement {
   const out = section("error", "Accuracy");
@@ -86,10 +61,9 @@ export function statementSection(contents: Contents, paths: HTMLElement): HTMLEl
     return out;
   }
   out.append(paths);
-  const pictures = html("div", { class: "figures" });
-  for (const picture of [scatter(contents), costPlot(contents)]) if (picture) pictures.append(picture);
-  out.append(
-    details("Rows, paths, causes and baselines", html("pre", { class: "scroll", tabindex: 0 }, s.words), pictures),
-  );
+  const words = details("Rows, paths, causes and baselines", html("pre", { class: "scroll", tabindex: 0 }, s.words));
+  const picture = scatter(contents);
+  if (picture) words.append(html("div", { class: "figures" }, picture));
+  out.append(words);
   return out;
 }
