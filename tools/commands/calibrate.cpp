@@ -181,7 +181,7 @@ class Calibrate final : public Command {
     cache.remove();
     say("wrote {}", output_);
     reply.text += answer.in_words();
-    if (!found.are_told_apart) warn("{}", answer.not_told_apart());
+    if (const std::string doubt = answer.undetermined(); !doubt.empty()) warn("{}", doubt);
     if (found.is_converged) return kDone;
     say_failed("the search did not converge; the material is the best that it saw");
     return kSomeFailed;

@@ -92,10 +92,12 @@ class CalibrationAnswer {
                                      std::sqrt(found_.sum_of_squares / static_cast<double>(rows_)));
     if (found_.rows_each > 1)
       text += fmt::format(", {:.2g} rows go together as one", found_.rows_each);
-    if (!found_.are_told_apart) text += "\n" + not_told_apart();
-    return text;
+    const std::string doubt = undetermined();
+    return doubt.empty() ? text : text + "\n" + doubt;
   }
-  std::string not_told_apart() const {
+  /// The parameters that the rows do not determine, in a sentence; empty where they do.
+  std::string undetermined() const {
+    if (found_.are_told_apart) return {};
     std::vector<std::string> all;
     for (std::size_t k = 0; k < found_.free.size(); ++k) all.push_back(name(k));
     return all.size() == 1 ? fmt::format("the rows do not determine {}", all.front())
