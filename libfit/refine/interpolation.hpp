@@ -3,7 +3,6 @@
 #include <vector>
 
 #include "libfit/core/curves.hpp"
-#include "libfit/core/stated_error.hpp"
 #include "libfit/refine/points_on_surface.hpp"
 
 // Interpolations between test points, and the choice among them.
@@ -51,12 +50,6 @@ Controls slopes_of(const FittedCurves& curves);
 
 /// Makes control values rise: each is at least the one before.
 void clamp_rising(Eigen::Ref<Eigen::RowVectorXd> control);
-
-/// By how much side force and the slope of the normal energy disagree where the contact point
-/// slides, |grad Z - S (1 - d kappa) g| over f^z (B4a): what a slide may gain, beside the mu f^z
-/// that friction takes. Over triangles with three covered corners, at four depths. 0 where the
-/// family knows no side force.
-RelativeErrors side_mismatch(const Model& model);
 
 /// A number that was measured, with errors, at points of a surface, at other places of it (M12f):
 /// ordinary kriging. Covariances fall with the distance, and with the angle between normals, so

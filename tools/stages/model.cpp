@@ -153,12 +153,6 @@ Model refine_body(const FittedCurves& curves, const Body& body, const Samples& s
         "surface's {:.1f})",
         report.interpolation.kriged_normal_rad * 180 / std::numbers::pi,
         report.interpolation.surface_normal_rad * 180 / std::numbers::pi);
-  if (curves.curves.family == CurveFamily::rings) {
-    const RelativeErrors off = side_mismatch(model);
-    say("  side force off the slope of the normal energy by {:.2g} % of the normal force (median), "
-        "{:.2g} % (p95), {:.2g} % (max)",
-        100 * off.median, 100 * off.p95, 100 * off.max);
-  }
   for (const auto point : report.left_out) {
     const auto p = static_cast<std::size_t>(point);
     say("  left out: {}: {}", curves.name[p],

@@ -188,22 +188,5 @@ TEST(ExpectedError, with_slopes_is_a_quarter_of_a_parabolas_and_bounds_what_a_cu
   EXPECT_LE(bound, 30 * actual);
 }
 
-// What a slide over the surface may gain, and its order in the spacing of the test points.
-TEST(SideForce, meets_the_slope_of_the_normal_energy) {
-  const Surface fine = plate(72, 72, 0.1, 0.1);
-  std::vector<double> plain, with;
-  for (const int cells : {6, 12, 24}) {
-    const Surface coarse = plate(cells, cells, 0.1, 0.1);
-    FittedCurves curves = rings_at(coarse, kSmooth);
-    with.push_back(side_mismatch(refine(curves, fine, all(fine), coarse.triangles)).median);
-    curves.status.assign(curves.status.size(), FitStatus::poor);  // no choice without a good point
-    plain.push_back(side_mismatch(refine(curves, fine, all(fine), coarse.triangles)).median);
-  }
-  for (std::size_t i = 0; i < with.size(); ++i) EXPECT_LT(with[i], 0.5 * plain[i]) << i;
-  EXPECT_LT(with[1], 0.5 * with[0]);
-  testing::Test::RecordProperty("plain", testing::PrintToString(plain));
-  testing::Test::RecordProperty("with_slopes", testing::PrintToString(with));
-}
-
 }  // namespace
 }  // namespace palpate::testing_refine
