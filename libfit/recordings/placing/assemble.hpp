@@ -20,7 +20,6 @@ struct BodyRelaxation {
   std::vector<PointSeries> points;  ///< those with a hold, where there are several
   struct Used {
     std::string file, point;
-    double drift_share = 0;  ///< of the force lost in a hold, that its sensor's drift may be
   };
   std::vector<Used> recordings;
   bool has_holds = false;  ///< else several rates alone

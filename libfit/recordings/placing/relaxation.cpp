@@ -27,28 +27,6 @@ std::vector<TimedPress> histories_of(const Members& members) {
   return out;
 }
 
-// Slope of the free part before contact, with its standard error, times the longest stand, over the
-// force that is lost in it: what drift of the sensor may pass for relaxation.
-double drift_share(const Conditioned& r) {
-  const TimedPress& p = r.history;
-  std::vector<double> t, f;
-  for (Eigen::Index i = 0; i < p.rows() && p.depth_m[i] < -2 * r.contact.deviation_m; ++i)
-    if (p.readings[i] > 0) t.push_back(p.time_s[i]), f.push_back(p.push_N[i]);
-  Eigen::Index most = 0;
-  p.push_N.maxCoeff(&most);
-  Eigen::Index end = most;
-  while (end + 1 < p.rows() && p.depth_m[end + 1] > 0.9 * p.depth_m[most]) ++end;
-  const double held_s = p.time_s[end] - p.time_s[most], lost_N = p.push_N[most] - p.push_N[end];
-  if (!(held_s > 0) || !(lost_N > 0)) return 0;
-  if (t.size() < 4) return kNan;
-  const Eigen::Index n = t.size();
-  const Eigen::Map<const Eigen::VectorXd> x(t.data(), n), y(f.data(), n);
-  const Line line = fit_line(x, y);
-  const double spread = (x.array() - x.mean()).matrix().norm();
-  const double error = spread > 0 ? line.deviation / spread : 0;
-  return (std::abs(line.slope) + 2 * error) * held_s / lost_N;
-}
-
 std::string between(double low, double high, const char* unit) {
   if (!std::isfinite(high)) return fmt::format("above {}{}", number(low), unit);
   return fmt::format("{} to {}{}", number(low), number(high), unit);
@@ -152,11 +130,11 @@ std::optional<BodyRelaxation> relaxation_of(const std::vector<Members>& all) {
   for (std::size_t p = 0; p < points.size(); ++p) {
     bool has_hold = false;
     for (const PlacedRecording* m : points[p]) {
-      const Conditioned& r = *m->recording;
-      const bool is_creeping = is_creep(r.history);
-      has_hold |= is_creeping || held_share(r.history) >= kMinHeld;
+      const TimedPress& history = m->recording->history;
+      const bool is_creeping = is_creep(history);
+      has_hold |= is_creeping || held_share(history) >= kMinHeld;
       out.creeping += is_creeping;
-      out.recordings.push_back({shown(*m), m->point, drift_share(r)});
+      out.recordings.push_back({shown(*m), m->point});
     }
     if (has_hold) held.push_back(p);
   }
@@ -190,21 +168,6 @@ std::vector<std::string> relaxation_notes(const BodyRelaxation& found) {
       "relaxation, by {}: {} s after a step the body is {} times ({}) as stiff as in slow motion",
       by, number(fit.shortest_s), number(band.middle[0]), between(band.low[0], band.high[0], "")));
   for (Eigen::Index k = 0; k < branches; ++k) notes.push_back(branch_in_words(fit, k));
-  double most = 0;
-  bool is_unknown = false;
-  for (const BodyRelaxation::Used& used : found.recordings)
-    if (std::isnan(used.drift_share))
-      is_unknown = true;
-    else
-      most = std::max(most, used.drift_share);
-  if (most > 0.2)
-    notes.push_back("relaxation: by the free part before contact, drift of the sensor may be " +
-                    percent(most, 0) +
-                    " of the force that is lost in a hold; record longer before contact");
-  else if (is_unknown)
-    notes.push_back(
-        "relaxation: a recording has too little before contact to tell its sensor's drift from "
-        "slow relaxation");
   if (const auto other = points_apart(found, 2, 0); !other.empty())
     notes.push_back("relaxation: not alike over the body; other stiffness at once: " +
                     listed(other));

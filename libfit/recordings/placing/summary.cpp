@@ -108,8 +108,7 @@ Json as_json(const BodyRelaxation& found) {
   }
   json["recordings"] = Json::array();
   for (const BodyRelaxation::Used& used : found.recordings)
-    json["recordings"].push_back(
-        {{"file", used.file}, {"point", used.point}, {"drift_share", number(used.drift_share)}});
+    json["recordings"].push_back({{"file", used.file}, {"point", used.point}});
   return json;
 }
 
