@@ -6,7 +6,6 @@
 #include <iterator>
 
 #include "libfit/core/perception.hpp"
-#include "libfit/core/statistics.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/recordings/placing/assemble.hpp"
 
