@@ -81,7 +81,7 @@ void add_damage(FittedCurves& curves, const Samples& cycles) {
 }
 
 // Identifies how curves change with the indenter's radius, into the curves.
-fit::RadiusReport add_radius_effect(FittedCurves& curves, const Samples& others) {
+void add_radius_effect(FittedCurves& curves, const Samples& others) {
   std::vector<Indenter> ends;
   for (const ProbeSpec& spec : others.other_probes) {
     const auto end = fem::round_end(fem::make_probe(spec, "[[experiments.probe]]"));
@@ -96,7 +96,7 @@ fit::RadiusReport add_radius_effect(FittedCurves& curves, const Samples& others)
     say("  radius   {}", curves.curves.family == CurveFamily::rings
                              ? "no press of another tool can be used"
                              : "what it changes is known of rings alone, and the law is another");
-    return report;
+    return;
   }
   const auto words = [](const RelativeErrors& e) {
     return fmt::format("{:.1f} and {:.1f} %", 100 * e.median, 100 * e.p95);
@@ -105,7 +105,6 @@ fit::RadiusReport add_radius_effect(FittedCurves& curves, const Samples& others)
       "{}, theory alone {}, of left out points {} ({}), as fitted {}",
       report.rows, report.points, words(report.as_own_ball), words(report.theory),
       words(report.left_out), report.chosen, words(report.fitted));
-  return report;
 }
 
 }  // namespace
@@ -131,7 +130,7 @@ FitOptions fit_options(const Samples& samples, const FitSection& section, int jo
 }
 
 FittedCurves fit_samples(const Samples& all, const FitSection& section, int jobs,
-                         const FitOptions& choices, fit::RadiusReport* radius) {
+                         const FitOptions& choices) {
   const Samples samples =
       of_kinds(all, {ExperimentKind::press, ExperimentKind::drag, ExperimentKind::path});
   FitOptions options = fit_options(all, section, jobs);
@@ -148,10 +147,7 @@ FittedCurves fit_samples(const Samples& all, const FitSection& section, int jobs
   curves.probe = samples.probe;
   if (const Samples cycles = of_kinds(all, {ExperimentKind::cycle}); cycles.rows() > 0)
     add_damage(curves, cycles);
-  if (others.rows() > 0) {
-    const fit::RadiusReport effect = add_radius_effect(curves, others);
-    if (radius != nullptr) *radius = effect;
-  }
+  if (others.rows() > 0) add_radius_effect(curves, others);
   return curves;
 }
 

@@ -4,7 +4,6 @@
 
 #include "libfit/core/curves.hpp"
 #include "libfit/core/samples.hpp"
-#include "libfit/fit/contact_effects.hpp"
 #include "libfit/fit/fit_curves.hpp"
 #include "tools/scene/scene.hpp"
 
@@ -16,11 +15,10 @@ FitOptions fit_options(const Samples& samples, const FitSection& section, int jo
 
 /// Curves at the test points, with basis, residuals and worst points said on stderr, and how the
 /// body softens where there are cycles. They carry the probe of the samples.
-/// choices: of it warm_start and estimates count. radius: filled where wanted, with how presses of
-/// other indenters come out. Throws Interrupted when the user stopped it: nothing half-fitted is
-/// kept.
+/// choices: of it warm_start and estimates count. Throws Interrupted when the user stopped it:
+/// nothing half-fitted is kept.
 FittedCurves fit_samples(const Samples& samples, const FitSection& section, int jobs,
-                         const FitOptions& choices = {}, fit::RadiusReport* radius = nullptr);
+                         const FitOptions& choices = {});
 
 /// Lists points without curves of their own (underdetermined, failed) on stderr, at most a
 /// screenful, and `poor` ones where all of these are a quarter of the points or more. Returns how

@@ -114,22 +114,6 @@ void make_recorded_body(Pipeline& p, const std::string& fingerprint) {
   write_body(p.files.body, body, inputs_of(fingerprint));
 }
 
-// Where points placed themselves: whether a press of another tool buys more than one more point.
-void say_worth(const Pipeline& p, const fit::RadiusReport& radius) {
-  if (!p.scene.experiments.placement || (p.scene.stated.empty() && radius.points == 0)) return;
-  const double point_p95 = last_predicted_p95(p.files.samples.parent_path() / "placement.csv");
-  if (radius.points == 0)
-    return say(
-        "  worth    points are predicted to {} (p95), and the other {} by theory alone: a few "
-        "presses of one ([[experiments.probe]]) show how far it holds",
-        percent(point_p95), counted(std::ssize(p.scene.stated), "tool", "tools"));
-  const bool is_tool = radius.left_out.p95 > point_p95;
-  say("  worth    points are predicted to {} (p95), presses of another tool at points where it was "
-      "not pressed to {}: {}",
-      percent(point_p95), percent(radius.left_out.p95),
-      is_tool ? "a larger `points` of [[experiments.probe]] lowers the error more than test points"
-              : "more test points lower the error more than presses of the other tool");
-}
 std::string wanted_curves(const Pipeline& p) {
   return stage_hash("curves").add(canonical(p.fit)).add_file(p.files.samples).hex();
 }
@@ -138,10 +122,8 @@ void make_curves(Pipeline& p, const std::string& fingerprint) {
     say("  the curves of a scan come with its surface: those that import found");
     return write_curves(p.files.curves, read_curves(scan), inputs_of(fingerprint));
   }
-  fit::RadiusReport radius;
   const FittedCurves curves =
-      fit_samples(read_samples(p.files.samples), p.fit, p.jobs, p.fit_choices, &radius);
-  say_worth(p, radius);
+      fit_samples(read_samples(p.files.samples), p.fit, p.jobs, p.fit_choices);
   write_curves(p.files.curves, curves, inputs_of(fingerprint));
 }
 

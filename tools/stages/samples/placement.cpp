@@ -363,10 +363,4 @@ Samples simulate_scene(const Scene& scene, const Body& body, const SimulateReque
   return samples;
 }
 
-double last_predicted_p95(const std::filesystem::path& placement_csv) {
-  static constexpr CsvColumnRule kRules[] = {{"p95_rel"}};
-  const std::vector<double> p95 = read_csv(placement_csv, kRules).number("p95_rel");
-  return p95.empty() ? std::numeric_limits<double>::quiet_NaN() : p95.back();
-}
-
 }  // namespace palpate::tools

@@ -35,9 +35,6 @@ PlacementRound judge_round(const Samples& samples, const Model& model,
 /// round before met the tolerance, and this one need only say so again.
 int round_size(int points, bool is_quick, bool is_within);
 
-/// p95_rel of the last round in a placement.csv; not a number where it has none.
-double last_predicted_p95(const std::filesystem::path& placement_csv);
-
 /// What simulates the experiments of a scene for a purpose. output: samples.h5 or reference.h5;
 /// empty: nothing is kept.
 SimulateRequest request_for(const Scene& scene, const Body& body, Purpose purpose, int jobs,
