@@ -106,30 +106,21 @@ Lines by_baseline(const StatedAsset& of) {
                          of.request.model);
 }
 
-// An answer to experiments of a kind. played_as: null is as the table of experiments has it.
-struct StatedAnswer {
-  const char* name;
-  bool is_coupled;
-  PlayedTool (*played_as)(const Scene&, const Samples&, Eigen::Index row);
-};
-
-// Experiments of a kind, answered as the engine plays them, which is timed, and otherwise.
-Lines of_kind(const StatedAsset& of, ExperimentKind kind, double radius_m,
-              std::initializer_list<StatedAnswer> answers) {
+// Experiments of a kind, answered as the engine plays them, which is timed, and without what their
+// contacts feel of each other.
+Lines of_kind(const StatedAsset& of, ExperimentKind kind, double radius_m) {
   const Samples rows = of_kinds(of.reference.all, {kind});
   Lines lines;
   if (rows.rows() == 0) return lines;
-  for (const StatedAnswer& answer : answers) {
-    const runtime::AssetView view = answer.is_coupled ? of.asset : coupled_by(of.asset, {});
-    const PlayedAs as =
-        answer.played_as == nullptr
-            ? played_as(of.scene, Purpose::hold_out, rows)
-            : PlayedAs([&](Eigen::Index row) { return answer.played_as(of.scene, rows, row); });
+  const PlayedAs as = played_as(of.scene, Purpose::hold_out, rows);
+  for (const bool is_coupled : {true, false}) {
+    const runtime::AssetView view = is_coupled ? of.asset : coupled_by(of.asset, {});
     const Replayed answered = follow(view, rows, of.depth_m, as);
     const Comparison compared = compare(rows, answered, Levers{radius_m, of.levers->handle_m});
-    lines.push_back(stated_error(answer.name, compared, floors_of(of, compared)));
-    if (lines.size() == 1) lines[0].tick_ns = time_ticks_ns(view, rows, of.depth_m, as);
+    lines.push_back(
+        stated_error(is_coupled ? "felt" : "each_by_itself", compared, floors_of(of, compared)));
   }
+  lines[0].tick_ns = time_ticks_ns(of.asset, rows, of.depth_m, as);
   return lines;
 }
 
@@ -145,16 +136,10 @@ Lines of_changes(const StatedAsset& of) {
 }
 
 Lines of_pairs(const StatedAsset& of) {
-  return of_kind(of, ExperimentKind::pair, of.levers->radius_m,
-                 {{"felt", true, nullptr}, {"each_by_itself", false, nullptr}});
+  return of_kind(of, ExperimentKind::pair, of.levers->radius_m);
 }
 
-Lines of_tool(const StatedAsset& of) {
-  return of_kind(of, ExperimentKind::tool, 0,
-                 {{"felt", true, nullptr},
-                  {"each_by_itself", false, nullptr},
-                  {"foremost_ball", false, foremost_played_as}});
-}
+Lines of_tool(const StatedAsset& of) { return of_kind(of, ExperimentKind::tool, 0); }
 
 // Each tool beside the probe: all of its paths, those of each kind, and what the asset's own ball
 // would feel in its place.

@@ -123,13 +123,13 @@ TEST(statement, a_poor_asset_ends_with_what_to_do_about_it) {
 
 TEST(statement, sections_of_any_name_are_read_back_in_order_and_said) {
   Statement s = summarize({{1, 0.02}});
-  StatedError felt = line("felt", {{1, 0.05}}), foremost = line("foremost_ball", {{1, 0.5}});
+  StatedError felt = line("felt", {{1, 0.05}}), alone = line("each_by_itself", {{1, 0.5}});
   felt.handle = {5e-3, 1e-4, 2e-4, 3e-4, 0.01, 0.02, 0.03};
   felt.tick_ns = 9000;
   s.sections = {
       {"causes", "by cause", {line("interpolation", {{1, 0.05}}), line("curve_fit", {{2, 0.1}})}},
       {"baselines", "baselines", {}},
-      {"tool", "the tool, as balls", {felt, foremost}}};
+      {"tool", "the tool, as balls", {felt, alone}}};
   const Statement back = parse_statement(to_json(s), "statement.json");
   EXPECT_EQ(to_json(back), to_json(s));
   ASSERT_EQ(back.sections.size(), 3u);

@@ -3,7 +3,6 @@
 #include <fmt/core.h>
 
 #include <cmath>
-#include <limits>
 
 #include "libfem/probes/probes.hpp"
 #include "libfit/core/closest_point.hpp"
@@ -210,24 +209,6 @@ PlayedTool played_as_tool(const Scene& scene, const ToolSection& tool, ToolShape
   }
   const Vec3 inward = samples.point_normal.row(samples.point[row]);
   out.stance = stance_of(scene, tool, inward, samples.lean_at(row));
-  return out;
-}
-
-PlayedTool foremost_played_as(const Scene& scene, const Samples& samples, Eigen::Index row) {
-  ToolShapes shapes;
-  PlayedTool out = played_as_tool(scene, *scene.tool, shapes, samples, row);
-  const Vec3 inward = samples.point_normal.row(samples.point[row]);
-  int deepest = 0;
-  double most_m = -std::numeric_limits<double>::infinity();
-  for (int i = 0; i < out.shape.balls; ++i) {
-    const double depth_m =
-        Vec3::Map(out.shape.ball[i].centre_m).dot(out.stance.axes.transpose() * inward) +
-        out.shape.ball[i].radius_m;
-    if (depth_m > most_m) deepest = i, most_m = depth_m;
-  }
-  out.shape.ball[0] = out.shape.ball[deepest];
-  out.end = {out.end[deepest]};
-  out.shape.balls = 1;
   return out;
 }
 

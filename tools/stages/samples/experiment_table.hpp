@@ -58,10 +58,9 @@ double known_depth_m(const Scene& scene, const ToolSection& tool);
 /// tool_shape() of each tool of a scene, found once.
 using ToolShapes = std::map<const ToolSection*, PlayedTool>;
 
-/// The tool as the engine plays a row that it made; [tool] as the ball that goes deepest.
+/// The tool as the engine plays a row that it made.
 PlayedTool played_as_tool(const Scene& scene, const ToolSection& tool, ToolShapes& shapes,
                           const Samples& samples, Eigen::Index row);
-PlayedTool foremost_played_as(const Scene& scene, const Samples& samples, Eigen::Index row);
 
 /// Purpose of experiments: to identify curves and constants, or to be held out and compared
 /// with the asset.
