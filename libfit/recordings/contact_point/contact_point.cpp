@@ -8,6 +8,7 @@ namespace palpate::recordings {
 namespace {
 
 constexpr Eigen::Index kMinMeans = 5;
+constexpr std::array kExponents{1., 1.5, 2., 2.5, 3., 4.};  // of tips and bodies that are unknown
 constexpr double kTiltedGain = 0.7;  // of the flat fit's squares: a slope that is worth it
 
 // Means up to a share of the largest push over the first one.
@@ -120,12 +121,47 @@ ContactEstimate by_hertz(const PressCurve& curve, const SignalSettings& settings
   return plain.begins_in_contact || free < 10 ? plain : fit_power(curve, exponent, true);
 }
 
+// Contact point of an exponential and of the law that stiffens, each by its likelihood. Akaike's
+// criterion would halve the error of exponentials, and add half to that of bodies that soften.
+ContactEstimate averaged(const PressCurve& curve, const LawFit& law, double other_squares,
+                         const ContactEstimate& other) {
+  const double share = 1 / (1 + std::pow(law.squares / other_squares, curve.travel_m.size() / 2.0));
+  const double apart_m = law.contact.travel_m - other.travel_m;
+  ContactEstimate out = law.contact;
+  out.travel_m -= (1 - share) * apart_m;
+  out.deviation_m = std::sqrt(share * std::pow(law.contact.deviation_m, 2) +
+                              (1 - share) * std::pow(other.deviation_m, 2) +
+                              share * (1 - share) * apart_m * apart_m);
+  return out;
+}
+
 // The power law of a tip that is known says most; without it the smooth curve alone is honest.
 ContactEstimate by_auto(const PressCurve& curve, const SignalSettings& settings) {
-  ContactEstimate hertz = by_hertz(curve, settings);
-  if (settings.radius_m > 0 || settings.tip != Tip::sphere) {
-    hertz.by = "hertz";
-    return hertz;
+  const ContactEstimate hertz = by_hertz(curve, settings);
+  const bool is_told = settings.radius_m > 0 || settings.tip != Tip::sphere;
+  const double exponent = exponent_of(settings.tip);
+  const PowerProfile whole(curve, curve.travel_m.size(), exponent);
+  const auto law =
+      contact_of_simple_law(curve, is_told ? std::span<const double>(&exponent, 1) : kExponents,
+                            is_told ? whole.at(whole.best_contact_m()).squares : kInfinity);
+  if (law) {
+    ContactEstimate out = law->contact;
+    if (is_told)
+      out = averaged(curve, *law,
+                     contact_of_stiffening_law(curve, curve.travel_m.size(), exponent, 0).squares,
+                     hertz);
+    else
+      out.deviation_m =
+          std::hypot(out.deviation_m,
+                     0.35 * (contact_of_smooth_curve(curve, settings).travel_m - out.travel_m));
+    out.amplitude = whole.at(out.travel_m).amplitude;
+    out.by = "exponentials";
+    return out;
+  }
+  if (is_told) {
+    ContactEstimate out = hertz;
+    out.by = "hertz";
+    return out;
   }
   ContactEstimate smooth = contact_of_smooth_curve(curve, settings);
   smooth.amplitude = hertz.amplitude;

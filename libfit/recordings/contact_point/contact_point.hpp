@@ -1,6 +1,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -11,10 +12,11 @@
 namespace palpate::recordings {
 
 // Numbers that the estimators share.
-inline constexpr int kContactSteps = 8;   ///< trial contact points between two means
-inline constexpr double kTouchCost = 10;  ///< log odds against beginning in contact
-inline constexpr double kDigits = 1e-5;   ///< of the full force: readings have no more
-inline constexpr double kHolds = 1.5;     ///< residual over noise up to which a law holds
+inline constexpr int kContactSteps = 8;            ///< trial contact points between two means
+inline constexpr double kTouchCost = 10;           ///< log odds against beginning in contact
+inline constexpr double kDigits = 1e-5;            ///< of the full force: readings have no more
+inline constexpr double kHolds = 1.5;              ///< residual over noise up to which a law holds
+inline constexpr double kCorrelationByChance = 2;  ///< deviations, of white noise
 
 inline double square(double x) { return x * x; }
 
@@ -78,6 +80,34 @@ struct LawFit {
 /// doi:10.1162/neco.1992.4.3.415 (models averaged by their evidence).
 LawFit contact_of_stiffening_law(const PressCurve& curve, Eigen::Index means, double exponent,
                                  double slope_N_m);
+
+/// Contact point of a curve that an exponential explains to its noise, as soft tissue's often are:
+///   push = bias + a (exp(depth / length) - 1)
+/// Mean and deviation over all contact points and lengths, and over the power laws of `exponents`,
+/// by their likelihood; a is the best of each. Where the toe is below the noise this says so: the
+/// contact may lie anywhere before the curve rises. Nothing where an exponential does not explain
+/// the curve, or not clearly better than something else does (squares_to_beat, sum over readings).
+/// Source: Fung (1967), doi:10.1152/ajplegacy.1967.213.6.1532.
+std::optional<LawFit> contact_of_simple_law(const PressCurve& curve,
+                                            std::span<const double> exponents,
+                                            double squares_to_beat);
+
+/// The minimum of a function that falls, then rises between a and b, by golden sections.
+template <class Value>
+double minimum_between(double a, double b, int sections, const Value& value) {
+  constexpr double kGolden = 0.6180339887498949;
+  double c = b - kGolden * (b - a), d = a + kGolden * (b - a), at_c = value(c), at_d = value(d);
+  for (int i = 0; i < sections; ++i) {
+    if (at_c < at_d) {
+      b = d, d = c, at_d = at_c;
+      at_c = value(c = b - kGolden * (b - a));
+    } else {
+      a = c, c = d, at_c = at_d;
+      at_d = value(d = a + kGolden * (b - a));
+    }
+  }
+  return (a + b) / 2;
+}
 
 /// push = bias + slope (travel - first) + a max(travel - contact, 0)^exponent over the first means
 /// of a curve, fitted for each contact point. Refers to the curve.

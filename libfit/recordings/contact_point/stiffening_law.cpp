@@ -9,7 +9,6 @@
 namespace palpate::recordings {
 namespace {
 
-constexpr double kCorrelationByChance = 2;  // deviations, of white noise
 // Deviations of s1 to s3 that are averaged over: of Hertz' half-space they are 0, and a layer twice
 // as thick as the contact is wide doubles the force.
 constexpr std::array kStiffening{0.0, 0.5, 2.0};
