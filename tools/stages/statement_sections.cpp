@@ -106,8 +106,8 @@ Lines by_baseline(const StatedAsset& of) {
                          of.request.model);
 }
 
-// Experiments of a kind, answered as the engine plays them, which is timed, and without what their
-// contacts feel of each other.
+// Experiments of a kind, answered as the engine plays them, which is timed, and without the
+// coupling of their contacts.
 Lines of_kind(const StatedAsset& of, ExperimentKind kind, double radius_m) {
   const Samples rows = of_kinds(of.reference.all, {kind});
   Lines lines;
