@@ -33,9 +33,8 @@ struct PlayedRow {
   std::int64_t guarded = 0;
 };
 
-template <class Out>
-PlayedRow played_row(double time_s, int tool, runtime::Status status, const Out& out,
-                     const Vec3& torque_Nm) {
+PlayedRow played_row(double time_s, int tool, runtime::Status status,
+                     const runtime::ToolOutput& out) {
   PlayedRow played{status, {}, out.refused_ticks};
   ForceRow& row = played.row;
   row.time_s = time_s;
@@ -51,7 +50,7 @@ PlayedRow played_row(double time_s, int tool, runtime::Status status, const Out&
   row.is_blocked = (out.flags & PALPATE_FLAG_BLOCKED) != 0;
   row.is_in_debt = (out.flags & PALPATE_FLAG_HELD_BACK) != 0;
   row.tool = tool;
-  row.torque_Nm = torque_Nm;
+  row.torque_Nm = Vec3::Map(out.torque_on_tool_Nm);
   return played;
 }
 
@@ -106,10 +105,8 @@ class ToolSet {
       tool_[k].shape = played.shape;
       end_.push_back(played.end);
     }
-    is_tip_ = false;
   }
 
-  bool is_one_tip() const { return is_tip_ && tool_.size() == 1; }
   int balls() const {
     int balls = 0;
     for (const runtime::Tool& tool : tool_) balls += tool.shape.balls;
@@ -172,7 +169,6 @@ class ToolSet {
 
   std::vector<runtime::Tool> tool_;
   std::vector<std::vector<Indenter>> end_;  ///< of each
-  bool is_tip_ = true;
 };
 
 // Where a path stands to the surface that answers: what a user must know of forces that are zero.
@@ -263,25 +259,7 @@ class PathOnBody {
   BoxTree boxes_;
 };
 
-std::vector<PlayedRow> play_tip(const runtime::AssetView& asset, const PosePath& path,
-                                Ticks& ticks) {
-  runtime::Contact contact;
-  std::vector<PlayedRow> rows_played(path.time_s.size());
-  for (std::size_t i = 0; i < rows_played.size(); ++i) {
-    const Vec3 tip = path.position.row(i);
-    runtime::Output out;
-    const double dt_s = ticks.begin(i);
-    const runtime::Status status = runtime::touch(asset, contact, tip.data(), out, nullptr, dt_s);
-    ticks.end();
-    Vec3 torque_Nm = Vec3::Zero();
-    if (out.state != runtime::ContactState::air)  // the sum makes no -0
-      torque_Nm += (Vec3::Map(out.acts_at_m) - tip).cross(Vec3::Map(out.force_on_tool_N));
-    rows_played[i] = played_row(path.time_s[i], 0, status, out, torque_Nm);
-  }
-  return rows_played;
-}
-
-// Any tools, all of them at each time.
+// All tools at each time.
 std::vector<PlayedRow> play_tools(const runtime::AssetView& asset, const PosePath& path,
                                   std::vector<runtime::Tool>& tool, Ticks& ticks) {
   const std::size_t tools = tool.size();
@@ -302,8 +280,7 @@ std::vector<PlayedRow> play_tools(const runtime::AssetView& asset, const PosePat
                          static_cast<int>(tools));
     ticks.end();
     for (std::size_t k = 0; k < tools; ++k)
-      rows_played.push_back(played_row(path.time_s[i], static_cast<int>(k), status[k], out[k],
-                                       Vec3::Map(out[k].torque_on_tool_Nm)));
+      rows_played.push_back(played_row(path.time_s[i], static_cast<int>(k), status[k], out[k]));
   }
   return rows_played;
 }
@@ -371,9 +348,7 @@ class Replay final : public Command {
   std::vector<PlayedRow> play(const runtime::AssetView& asset, const PosePath& path,
                               ToolSet& tools) const {
     Ticks ticks(path, rate_Hz_);
-    std::vector<PlayedRow> rows_played = tools.is_one_tip()
-                                             ? play_tip(asset, path, ticks)
-                                             : play_tools(asset, path, tools.tools(), ticks);
+    std::vector<PlayedRow> rows_played = play_tools(asset, path, tools.tools(), ticks);
     for (const std::string& line : ticks.report()) say("{}", line);
     return rows_played;
   }
