@@ -145,10 +145,11 @@ std::vector<OddInput> odd_recordings() {
       {"rows twice", "a.csv", lines(kHeader, std::string(kRow) + "\n" + kRow), kRefused,
        "the time stamp repeats"},
       {"NUL bytes", "a.csv", nul, kRefused, "is binary data, not text"},
-      {"an array of NumPy", "t_s.npy", "\x93NUMPY", kRefused, "of NumPy\n.*numpy\\.savetxt\\("},
+      {"an array of NumPy", "t_s.npy", "\x93NUMPY", kRefused,
+       "of NumPy, which is not read\n.*numpy\\.savetxt\\("},
       {"arrays of NumPy", "a.npz",
        std::string("PK\3\4\0\0", 6) + "t_s.npy" + std::string(200, '\0'), kRefused,
-       "of NumPy arrays\n.*numpy\\.savetxt\\("},
+       "of NumPy arrays, which is not read\n.*numpy\\.savetxt\\("},
   };
 }
 
