@@ -12,6 +12,7 @@
 #include "libfit/io/atomic_file.hpp"
 #include "tests/fuzz/promises.hpp"
 #include "tests/fuzz/read_settings.hpp"
+#include "tests/fuzz/recording_seeds.hpp"
 #include "tools/manifest/manifest.hpp"
 
 // HDF5 1.10 leaks a little of its own whenever it gives up on a damaged file.
@@ -44,7 +45,7 @@ void read_recording(const std::string& format, const unsigned char* data, std::s
   if (size < 4) return;
   const std::string bytes(reinterpret_cast<const char*>(data) + 4, size - 4);
   auto read = fuzz::read_settings(format, data[1], data[3]);
-  const bool needs_file = format.ends_with("hdf5");
+  const bool needs_file = format.ends_with("hdf5") || bytes.starts_with("MATLAB 7.3");
   // What HDF5 reads is read here, without the rehearsal, so that its crashes are seen.
   for (const auto& raw : needs_file
                              ? importers::importer_named(format)->read(written(bytes), bytes, read)

@@ -1,9 +1,8 @@
-// Any bytes as a recording of any format but HDF5, whose own code is left to fuzz_reader.cpp:
-// refused with place and remedy, or finite. The first byte names the format (kSeedFormats), the
-// second and fourth how it is read, the third how it is conditioned; the rest is the file.
+// Any bytes as a recording of any format but HDF5: refused with place and remedy, or finite. The
+// first byte names the format (kSeedFormats), the second and fourth how it is read, the third how
+// it is conditioned; the rest is the file.
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -15,14 +14,13 @@
 #include "libfit/recordings/formats/importers.hpp"
 #include "tests/fuzz/promises.hpp"
 #include "tests/fuzz/read_settings.hpp"
+#include "tests/fuzz/recording_seeds.hpp"
 
 namespace {
 
 using namespace palpate;
+using palpate::fuzz::kSeedFormats;
 using palpate::fuzz::promise;
-
-// Format of an input by its first byte, from '0' on.
-constexpr std::array kSeedFormats{"csv", "robot-palpation"};
 
 recordings::SignalSettings signal_settings(unsigned char choice) {
   recordings::SignalSettings signal;

@@ -12,6 +12,12 @@ inline importers::ReadSettings read_settings(std::string_view format, unsigned c
   importers::ReadSettings read;
   read.format = format;
   const bool names_itself = read.format == "csv" && more & 4;
+  if (read.format == "matlab") {
+    read.columns.time = "t_s";
+    read.columns.depth = "M(:,1)";
+    read.columns.force = {"M(:,2)"};
+    read.units = {"s", "mm", "N", ""};
+  }
   if (read.format == "csv" && !names_itself) {
     read.columns.time = choice & 1 ? "t" : "";
     if (choice & 2) {

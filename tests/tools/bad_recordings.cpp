@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "tests/support/matlab_file.hpp"
 #include "tests/tools/bad_inputs.hpp"
 #include "tests/tools/block_scene.hpp"
 
@@ -77,7 +78,10 @@ std::vector<BadInputRow> bad_recordings() {
       in_recording("an Igor wave", "a.ibw",
                    std::string("\5\0\x2a\x1b", 4) + std::string(400, '\0')),
       in_recording("a TDMS file", "a.tdms", std::string("TDSm\x0e\0\0\0", 8)),
-      in_recording("a MATLAB file", "a.mat", "MATLAB 5.0 MAT-file, Platform: GLNXA64"),
+      in_recording("a MATLAB file without the variable", "a.mat",
+                   palpate::testing_support::matlab_file(),
+                   "columns = { depth = \"z\", force = \"M(:,2)\" }\nforce_on = \"body\"\n"
+                   "units = { position = \"mm\", force = \"N\" }\n"),
       in_recording("a unit that is none behind a column's name", "a.csv",
                    "t_s,x_furlong,F_N\n0,0,0\n", "force_on = \"body\"\n"),
       in_recording("a unit that is not the header's", "a.csv", "t_s,x_mm,F_N\n0,0,0\n",

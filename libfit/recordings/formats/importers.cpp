@@ -22,12 +22,13 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::array kImporters{
+    Importer{"matlab", begins_matlab, read_matlab},
     Importer{"hdf5", begins_hdf5, read_columns_hdf5},
     Importer{"robot-palpation", nullptr, read_robot_palpation},
     Importer{"csv", begins_named_columns, read_columns_csv},
 };
 
-constexpr std::string_view kNamedTables = "csv hdf5", kDelimited = "csv robot-palpation",
+constexpr std::string_view kNamedTables = "csv hdf5 matlab", kDelimited = "csv robot-palpation",
                            kRobot = "robot-palpation",
                            kByItself = "Leave it out: a file of this format says it itself.",
                            kOfRobots = "Leave it out: it is of the format robot-palpation.",
@@ -68,9 +69,6 @@ constexpr ForeignFile kForeignFiles[] = {
     {"\\*F", "", "is a force curve of NanoScope", kByAfmformats},
     {{"\5\0", 2}, "", "is an Igor binary wave", kByAfmformats},
     {{"\0\5", 2}, "", "is an Igor binary wave", kByAfmformats},
-    {"MATLAB ", "MAT-file", "is a MATLAB file",
-     "Save it as text, with quantity and unit in the names: "
-     "writetable(table(t_s, x_mm, F_N), \"a.csv\")."},
     {"TDSm", "", "is a TDMS file of LabVIEW",
      "Convert it with the Python package npTDMS, whose as_dataframe().to_csv() writes a table."},
 };
@@ -83,7 +81,8 @@ const Importer& recognise(const fs::path& path, std::string_view bytes,
   for (const ForeignFile& file : kForeignFiles)
     if (bytes.starts_with(file.begins) && searched.find(file.contains) != std::string_view::npos)
       throw Error(path.string(), std::string(file.is) + ", which is not read", file.remedy);
-  if (settings.columns.has_signal() && !begins_hdf5(head)) return *importer_named("csv");
+  const bool is_binary = begins_hdf5(head) || begins_matlab(head);
+  if (settings.columns.has_signal() && !is_binary) return *importer_named("csv");
   for (const Importer& row : kImporters)
     if (row.begins && row.begins(head)) return row;
   const TextFile check(path, bytes, "latin-1");  // empty and binary files say so themselves
@@ -96,38 +95,6 @@ const Importer& recognise(const fs::path& path, std::string_view bytes,
 Error too_large(const fs::path& path, std::uintmax_t most) {
   return Error(path.string(), fmt::format("holds more than {} MiB", most >> 20),
                "Cut it into one recording per file, or raise `largest_file` in the manifest.");
-}
-
-// Takes the members of a gzip file apart, never more than `most` bytes. Throws Error saying that
-// the file is damaged, or that it holds more.
-std::string inflated(const fs::path& path, std::string_view packed, std::uintmax_t most) {
-  const Error damaged(path.string(), "is a damaged gzip file",
-                      "Pack or save it again from its source.");
-  z_stream stream{};
-  if (inflateInit2(&stream, 32 + MAX_WBITS) != Z_OK) throw damaged;
-  struct End {
-    z_stream& stream;
-    ~End() { inflateEnd(&stream); }
-  } end{stream};
-  constexpr std::size_t kChunk = 1 << 20;
-  std::string text;
-  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
-  stream.avail_in = static_cast<uInt>(std::min<std::size_t>(packed.size(), 0xffffffffu));
-  while (true) {
-    const std::size_t before = text.size();
-    text.resize(before + kChunk);
-    stream.next_out = reinterpret_cast<Bytef*>(text.data() + before);
-    stream.avail_out = kChunk;
-    const int result = inflate(&stream, Z_NO_FLUSH);
-    text.resize(before + kChunk - stream.avail_out);
-    if (text.size() > most) throw too_large(path, most);
-    if (result == Z_STREAM_END) {
-      if (stream.avail_in == 0) return text;
-      if (inflateReset(&stream) != Z_OK) throw damaged;
-    } else if (result != Z_OK || (stream.avail_in == 0 && stream.avail_out != 0)) {
-      throw damaged;
-    }
-  }
 }
 
 }  // namespace
@@ -177,6 +144,36 @@ void rehearse(const fs::path& path, const std::function<void()>& read) {
               "Save it again from its source, or copy what is left of it with h5repack.");
 }
 
+std::string inflated(const fs::path& path, std::string_view packed, std::uintmax_t most,
+                     const std::string& is_damaged) {
+  const Error damaged(path.string(), is_damaged, "Pack or save it again from its source.");
+  z_stream stream{};
+  if (inflateInit2(&stream, 32 + MAX_WBITS) != Z_OK) throw damaged;
+  struct End {
+    z_stream& stream;
+    ~End() { inflateEnd(&stream); }
+  } end{stream};
+  constexpr std::size_t kChunk = 1 << 20;
+  std::string text;
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
+  stream.avail_in = static_cast<uInt>(std::min<std::size_t>(packed.size(), 0xffffffffu));
+  while (true) {
+    const std::size_t before = text.size();
+    text.resize(before + kChunk);
+    stream.next_out = reinterpret_cast<Bytef*>(text.data() + before);
+    stream.avail_out = kChunk;
+    const int result = inflate(&stream, Z_NO_FLUSH);
+    text.resize(before + kChunk - stream.avail_out);
+    if (text.size() > most) throw too_large(path, most);
+    if (result == Z_STREAM_END) {
+      if (stream.avail_in == 0) return text;
+      if (inflateReset(&stream) != Z_OK) throw damaged;
+    } else if (result != Z_OK || (stream.avail_in == 0 && stream.avail_out != 0)) {
+      throw damaged;
+    }
+  }
+}
+
 std::string read_bytes(const fs::path& path, std::uintmax_t max_bytes) {
   std::error_code failure;
   const fs::file_status status = fs::status(path, failure);
@@ -197,7 +194,8 @@ std::string read_bytes(const fs::path& path, std::uintmax_t max_bytes) {
 }
 
 std::string unpacked(const fs::path& path, std::string bytes, std::uintmax_t max_bytes) {
-  return bytes.starts_with("\x1f\x8b") ? inflated(path, bytes, max_bytes) : std::move(bytes);
+  return bytes.starts_with("\x1f\x8b") ? inflated(path, bytes, max_bytes, "is a damaged gzip file")
+                                       : std::move(bytes);
 }
 
 std::vector<RawRecording> read_recordings(const fs::path& path, std::string_view bytes,
@@ -222,7 +220,7 @@ std::vector<RawRecording> read_recordings(const fs::path& path, std::string_view
   // The library keeps global state: one file at a time, and none is open where the process forks.
   static std::mutex library;
   std::unique_lock lock(library, std::defer_lock);
-  if (begins_hdf5(bytes)) {
+  if (begins_hdf5(bytes) || bytes.starts_with("MATLAB 7.3")) {
     lock.lock();
     rehearse(path, [&] { row->read(path, bytes, settings); });
   }

@@ -47,6 +47,11 @@ std::string read_bytes(const std::filesystem::path& path, std::uintmax_t max_byt
 std::string unpacked(const std::filesystem::path& path, std::string bytes,
                      std::uintmax_t max_bytes);
 
+/// Takes one stream of zlib or gzip members apart, never more than `max_bytes`. Throws Error saying
+/// that the file `is_damaged`, or that it holds more.
+std::string inflated(const std::filesystem::path& path, std::string_view packed,
+                     std::uintmax_t max_bytes, const std::string& is_damaged);
+
 /// Reads once in a process of its own, whose result is dropped. Throws Error where that process
 /// crashes or takes a minute of CPU time; what `read` throws is left to the second reading.
 void rehearse(const std::filesystem::path& path, const std::function<void()>& read);
@@ -136,7 +141,7 @@ struct TableLayout {
 /// field is missing, no number, not finite or beyond 1e15.
 NumberTable read_numbers(const TextFile& file, const TableLayout& layout);
 
-// From named columns to a recording: what tables and data sets have in common.
+// From named columns to a recording: what tables and arrays have in common.
 
 enum class Meaning { time, force_time, depth, position, force, contact, normal, torque };
 
@@ -199,6 +204,9 @@ std::vector<RawRecording> read_columns_hdf5(const std::filesystem::path&, std::s
                                             const ReadSettings&);
 std::vector<RawRecording> read_robot_palpation(const std::filesystem::path&, std::string_view,
                                                const ReadSettings&);
+std::vector<RawRecording> read_matlab(const std::filesystem::path&, std::string_view,
+                                      const ReadSettings&);
+bool begins_matlab(std::string_view head);
 bool begins_named_columns(std::string_view head);
 bool begins_hdf5(std::string_view head);
 
