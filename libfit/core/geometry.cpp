@@ -143,13 +143,13 @@ double ray_hit_m(const Vec3& origin, const Vec3& direction, const Vec3& a, const
 std::optional<double> ray_distance_m(const Surface& surface, const BoxTree& boxes,
                                      const Vec3& origin, const Vec3& direction, double skip_m) {
   const Vec3 start = origin + skip_m * direction;
-  double first = kInfinity;
+  double first = std::numeric_limits<double>::max();  // boxes that the ray misses are at infinity
   boxes.visit_along(start, direction, first, [&](std::int32_t f, double& nearest) {
     const auto [a, b, c] = corners_of(surface, f);
     const double hit = ray_hit_m(start, direction, a, b, c);
     if (hit >= 0) nearest = std::min(nearest, hit);
   });
-  if (!std::isfinite(first)) return std::nullopt;
+  if (first == std::numeric_limits<double>::max()) return std::nullopt;
   return skip_m + first;
 }
 

@@ -119,8 +119,10 @@ void space_evenly(HalfEdgeMesh& mesh, const Surface& part, const Points& normals
 /// The least of the target, the edge whose chord strays by 0.08 of the target on the local
 /// curvature (sqrt(6 e r - 3 e^2), Dunyach et al. 2013, doi:10.2312/conf/EG2013/short/029-032), and
 /// the local thickness, never below 0.4 of the target; then limited in growth from vertex to
-/// vertex. Curvature finer than the target is smoothed away first: noise is not a feature.
-Eigen::VectorXd wanted_edge_m(const Surface& fine, const BoxTree& boxes, double target_edge_m);
+/// vertex. Around lumens 2.5 thicknesses, up to 5 away from the region (from_region_m: #V).
+/// Curvature finer than the target is smoothed away first: noise is not a feature.
+Eigen::VectorXd wanted_edge_m(const Surface& fine, const BoxTree& boxes, double target_edge_m,
+                              const Eigen::VectorXd& from_region_m);
 
 /// Lets no vertex's size exceed a neighbour's by more than half their distance.
 void limit_growth(Eigen::VectorXd& size_m, const Surface& fine);

@@ -32,15 +32,6 @@ double one_sided_deviation_m(const Surface& from, const Surface& to, const BoxTr
   return largest;
 }
 
-// Distance of each fine vertex from the coarse surface.
-Eigen::VectorXd distance_m(const Surface& fine, const Surface& coarse) {
-  const BoxTree boxes = triangle_boxes(coarse);
-  Eigen::VectorXd out(fine.vertices.rows());
-  for (Eigen::Index v = 0; v < out.size(); ++v)
-    out[v] = closest_point(coarse, boxes, fine.vertices.row(v))->distance_m;
-  return out;
-}
-
 // A coarse surface, what keeps it from standing in for the fine one, if anything does, and where.
 struct Attempt {
   SimulationSurface made;
@@ -61,7 +52,7 @@ class CoarseSurfaces {
   // Rounds of shorter edges where a surface crosses itself or is farther off than allowed. The
   // closest that is sound, or the first.
   Attempt at(double target_m) const {
-    Eigen::VectorXd wanted = wanted_edge_m(fine_, boxes_, target_m);
+    Eigen::VectorXd wanted = wanted_edge_m(fine_, boxes_, target_m, options_.from_region_m);
     Attempt best = made(target_m, wanted), last = best;
     for (int round = 0; round < 6 && !last.too_coarse.empty(); ++round) {
       // Shorter by 0.7, a chord's deviation halves; edges keep 0.15 of the target.
@@ -91,13 +82,13 @@ class CoarseSurfaces {
     const Surface crossing = repair::crossing_part(made.surface);
     if (crossing.triangles.rows() > 0) {
       if (!out.fault) out.fault = "it crosses itself";
-      const Eigen::VectorXd to_crossing_m = distance_m(fine_, crossing);
+      const Eigen::VectorXd to_crossing_m = distances_m(fine_, crossing);
       for (Eigen::Index v = 0; v < wanted.size(); ++v)
         if (to_crossing_m[v] < wanted[v] / 2) out.too_coarse.push_back(v);
     }
     if (options_.allowed_m.size() == 0) return out;
     const Eigen::VectorXd excess =
-        distance_m(fine_, made.surface).cwiseQuotient(options_.allowed_m);
+        distances_m(fine_, made.surface).cwiseQuotient(options_.allowed_m);
     made.excess = excess.maxCoeff();
     for (Eigen::Index v = 0; v < wanted.size(); ++v)
       if (excess[v] > 1) out.too_coarse.push_back(v);
@@ -112,6 +103,14 @@ class CoarseSurfaces {
 };
 
 }  // namespace
+
+Eigen::VectorXd distances_m(const Surface& of, const Surface& from) {
+  const BoxTree boxes = triangle_boxes(from);
+  Eigen::VectorXd out(of.vertices.rows());
+  for (Eigen::Index v = 0; v < out.size(); ++v)
+    out[v] = closest_point(from, boxes, of.vertices.row(v))->distance_m;
+  return out;
+}
 
 double deviation_m(const Surface& a, const BoxTree& boxes_of_a, const Surface& b) {
   return std::max(one_sided_deviation_m(b, a, boxes_of_a),

@@ -17,6 +17,8 @@ struct SimulationSurfaceOptions {
   /// #V of the fine surface, or empty [m]: how far each of its vertices may be from the coarse one.
   /// Edges near those that are farther are made shorter, round after round.
   Eigen::VectorXd allowed_m = {};
+  /// Likewise, how far each is from where a tool presses: a hollow body is coarser away from there.
+  Eigen::VectorXd from_region_m = {};
 };
 
 /// A coarse surface for the volume mesh, and how true it is.
@@ -37,6 +39,9 @@ struct SimulationSurface {
 /// when `fine` bounds no volume, or when even the fine one crosses itself. Deterministic.
 SimulationSurface simulation_surface(const Surface& fine, double target_edge_m,
                                      const SimulationSurfaceOptions& options = {});
+
+/// Distance [m] of each vertex of a surface from another surface, #V.
+Eigen::VectorXd distances_m(const Surface& of, const Surface& from);
 
 /// Largest distance [m] between two surfaces, in both directions, sampled at vertices, edge
 /// midpoints and triangle centres of each: a lower bound of their Hausdorff distance, close to it

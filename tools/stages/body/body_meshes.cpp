@@ -14,7 +14,6 @@
 #include "libfem/mesh/surface/surface.hpp"
 #include "libfem/mesh/topology.hpp"
 #include "libfem/probes/probes.hpp"
-#include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/core/units.hpp"
@@ -143,9 +142,8 @@ namespace {
 // The base's surface may be a quarter of the contact's radius, and of the distance to where the
 // tool touches, off each vertex of the fine one. On a hand (ball of 3.1 mm, edges of 17 mm, webs)
 // presses are then at most 1.6 % off those on edges of 6 mm (p95 1.0); 0.2 and 0.35 do the same,
-// 0.5 has a p95 of 7.0, and without a limit it is 5.9. Empty where the contact is not known.
-Eigen::VectorXd allowed_stray_m(const Scene& scene, const Body& body) {
-  Surface touched{body.surface.vertices, Triangles(0, 3)};
+// 0.5 has a p95 of 7.0, and without a limit it is 5.9. No limit where the contact is not known.
+SimulationSurfaceOptions near_region(const Scene& scene, const Body& body) {
   std::vector<Eigen::Index> faces;
   for (Eigen::Index f = 0; f < body.surface.triangles.rows() && !body.in_region.empty(); ++f)
     if (body.in_region[body.surface.triangles(f, 0)] ||
@@ -153,13 +151,11 @@ Eigen::VectorXd allowed_stray_m(const Scene& scene, const Body& body) {
         body.in_region[body.surface.triangles(f, 2)])
       faces.push_back(f);
   if (faces.empty() || !scene.probe.rigid) return {};
-  touched.triangles = body.surface.triangles(faces, Eigen::all);
+  const Surface touched{body.surface.vertices, body.surface.triangles(faces, Eigen::all)};
   const double contact_m = scene.probe.rigid->contact_radius_m(scene.experiments.each.depth_m);
-  const BoxTree boxes = triangle_boxes(touched);
-  Eigen::VectorXd out(body.surface.vertices.rows());
-  for (Eigen::Index v = 0; v < out.size(); ++v)
-    out[v] = 0.25 *
-             (contact_m + closest_point(touched, boxes, body.surface.vertices.row(v))->distance_m);
+  SimulationSurfaceOptions out;
+  out.from_region_m = distances_m(body.surface, touched);
+  out.allowed_m = 0.25 * (contact_m + out.from_region_m.array());
   return out;
 }
 
@@ -180,8 +176,7 @@ void fill_with_tets(const Scene& scene, Body& body) {
                 fmt::format("Make mesh_size larger, or leave it out ({:.3g} mm): a press refines "
                             "the mesh where it is needed.",
                             to_millimetres(kMeshSizeRatio * std::cbrt(volume))));
-  const SimulationSurface coarse =
-      simulation_surface(body.surface, edge, {.allowed_m = allowed_stray_m(scene, body)});
+  const SimulationSurface coarse = simulation_surface(body.surface, edge, near_region(scene, body));
   if (!coarse.refused.empty())
     say("  simulation surface: {}{}", coarse.refused,
         coarse.target_edge_m > 0 ? "" : "; the fine surface itself is taken");

@@ -96,32 +96,22 @@ std::vector<char> region_of(const Scene& scene, const Surface& surface, double w
 }
 
 // A third of each triangle to each of its corners [m^2].
-std::vector<double> area_of_vertices(const Surface& surface) {
-  std::vector<double> area(surface.vertices.rows(), 0);
-  for (const auto& t : surface.triangles.rowwise()) {
-    const Vec3 a = surface.vertices.row(t[0]), b = surface.vertices.row(t[1]),
-               c = surface.vertices.row(t[2]);
-    for (int k = 0; k < 3; ++k) area[t[k]] += (b - a).cross(c - a).norm() / 6;
+Eigen::VectorXd area_of_vertices(const Surface& surface) {
+  Eigen::VectorXd area = Eigen::VectorXd::Zero(surface.vertices.rows());
+  for (Eigen::Index f = 0; f < surface.triangles.rows(); ++f) {
+    const auto [a, b, c] = corners_of(surface, f);
+    for (const std::int32_t v : surface.triangles.row(f))
+      area[v] += (b - a).cross(c - a).norm() / 6;
   }
   return area;
 }
 
-double area_of(const Surface& surface, const std::vector<char>& is_in) {
-  const std::vector<double> area = area_of_vertices(surface);
-  double sum = 0;
-  for (std::size_t v = 0; v < is_in.size(); ++v) sum += is_in[v] ? area[v] : 0;
-  return sum;
-}
-
 // Takes patches out that have less than least_m2, but for the largest.
 void drop_specks(const Surface& surface, double least_m2, std::vector<char>& is_in) {
-  const std::vector<double> area = area_of_vertices(surface);
+  const Eigen::VectorXd area = area_of_vertices(surface);
   const auto patches = patches_of(surface, is_in);
   std::vector<double> patch_m2;
-  for (const auto& patch : patches) {
-    patch_m2.push_back(0);
-    for (const std::int32_t v : patch) patch_m2.back() += area[v];
-  }
+  for (const auto& patch : patches) patch_m2.push_back(area(patch).sum());
   if (patches.empty()) return;
   const double kept_m2 = std::min(least_m2, *std::max_element(patch_m2.begin(), patch_m2.end()));
   for (std::size_t i = 0; i < patches.size(); ++i)
@@ -236,8 +226,9 @@ void find_reachable(const Scene& scene, bool surface_only, Body& body) {
              "The tool would cut into the body elsewhere before it touches there: take a smaller "
              "tool, or another region.");
   // Test points some spacing apart cannot go around less.
-  const double spacing_m =
-      std::sqrt(area_of(body.surface, wanted) / scene.experiments.test_points.value_or(kMaxPoints));
+  const Eigen::Map<const Eigen::VectorX<char>> is_wanted(wanted.data(), std::ssize(wanted));
+  const double spacing_m = std::sqrt(area_of_vertices(body.surface).dot(is_wanted.cast<double>()) /
+                                     scene.experiments.test_points.value_or(kMaxPoints));
   body.in_region = with_gaps_closed(body.surface, wanted, body.is_reachable,
                                     std::max(probe.half_width_m, spacing_m / 2));
   say_out_of_reach(body, wanted, overlap_m);

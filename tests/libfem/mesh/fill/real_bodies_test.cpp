@@ -48,7 +48,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& body) { return testing_support::file_as_name(body.param.file); });
 
 // As `prepare` fills it. With a coarse surface that may lose 2 % of the volume, in place of 8, one
-// flat tet of 3521 is still left.
+// flat tet of 3521 is still left. Edges of the boundary give way.
 TEST(SmoothLiver, slivers_of_tetgen_are_mended) {
   PALPATE_NEEDS_DATA("data/surfaces");
   const std::string file = "sofa_liver-smooth.obj";
@@ -59,8 +59,7 @@ TEST(SmoothLiver, slivers_of_tetgen_are_mended) {
   const TetMesh mesh = fill_volume(coarse.surface, edge_m);
   EXPECT_EQ(quality_of(mesh).slivers, 0);
   EXPECT_LT(mesh.tets.rows(), 1500);
-  EXPECT_NEAR(quality_of(mesh).volume_m3 / volume_m3(coarse.surface), 1,
-              1e-3);  // edges of the boundary gave way
+  EXPECT_NEAR(quality_of(mesh).volume_m3 / volume_m3(coarse.surface), 1, 1e-3);
 }
 
 }  // namespace

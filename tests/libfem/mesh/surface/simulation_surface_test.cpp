@@ -57,13 +57,7 @@ TEST(SimulationSurface, thin_plates_get_edges_of_about_their_thickness) {
   plate.vertices.col(2) *= 0.06;  // 100 x 100 x 6 mm
   for (int level = 0; level < 4; ++level) plate = subdivided(plate);
   const auto result = simulation_surface(plate, 0.012);
-  double longest = 0;
-  for (const auto& t : result.surface.triangles.rowwise())
-    for (int k = 0; k < 3; ++k)
-      longest = std::max(
-          longest,
-          (result.surface.vertices.row(t[k]) - result.surface.vertices.row(t[(k + 1) % 3])).norm());
-  EXPECT_LT(longest, 0.012);
+  EXPECT_LT(mean_edge_m(result.surface), 0.008);
   EXPECT_NEAR(volume_m3(result.surface), 6e-5, 1e-16);
 }
 
@@ -71,15 +65,20 @@ TEST(SimulationSurface, walls_around_a_lumen_get_edges_of_two_to_three_thickness
   const Surface wall = together(sphere(0.040, 5), inside_out(sphere(0.037, 5)));
   const auto result = simulation_surface(wall, 0.012);
   EXPECT_EQ(result.refused, "");
-  double mean = 0;
-  for (const auto& t : result.surface.triangles.rowwise())
-    for (int k = 0; k < 3; ++k)
-      mean +=
-          (result.surface.vertices.row(t[k]) - result.surface.vertices.row(t[(k + 1) % 3])).norm() /
-          static_cast<double>(result.surface.triangles.size());
-  EXPECT_GT(mean, 2 * 0.003);
-  EXPECT_LT(mean, 3 * 0.003);
+  EXPECT_NEAR(mean_edge_m(result.surface), 2.5 * 0.003, 0.5 * 0.003);
   EXPECT_LT(result.deviation_m, 0.3 * 0.003);
+}
+
+TEST(SimulationSurface, thin_walls_are_coarser_away_from_the_region) {
+  const Surface wall = together(sphere(0.040, 5), inside_out(sphere(0.038, 5)));
+  const auto heights_m = [&](const Eigen::VectorXd& from_region_m) -> Eigen::ArrayXd {
+    return simulation_surface(wall, 0.012, {.from_region_m = from_region_m})
+        .surface.vertices.col(2);
+  };
+  const Eigen::ArrayXd even_m = heights_m({}),
+                       graded_m = heights_m((0.035 - wall.vertices.col(2).array()).max(0));
+  EXPECT_GE((graded_m > 0.036).count(), 0.9 * (even_m > 0.036).count());
+  EXPECT_LT(2 * (graded_m < 0).count(), (even_m < 0).count());
 }
 
 TEST(SimulationSurface, the_same_input_gives_the_same_bits) {
