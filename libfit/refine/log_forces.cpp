@@ -201,8 +201,8 @@ using RadiusEffect = Eigen::Matrix<double, 1, runtime::kRadiusEffects>;
 
 // (M83) of a place by the shape of its surface alone. A half-space of modulus 1 has K = 2 A, with A
 // the radius of the contact over the gap (M12d). (M81) takes K of another ball at the depth where
-// the curves' ball would touch an even body as widely, so A over the A of the curves' ball there is
-// what (M83) has to make good.
+// the curves' ball would touch an even body as widely, so A over the A of the curves' ball there,
+// to the power with which forces follow the gap, is what (M83) has to make good.
 class ShapeEffect {
  public:
   ShapeEffect(const Springs& own, double ball_m, double range_m, double first_row_m)
@@ -234,10 +234,10 @@ class ShapeEffect {
         const double as_own = own_m < first_row_m_ ? first * a : contact_m(own_, own_gap, own_m);
         const double truth = contact_m(own_, other_gap, other.depth_m[i]);
         if (!(as_own > 0 && truth > 0 && truth < own_.radius_m.back())) continue;
-        const Eigen::Vector2d share =
-            other.log_ratio * as_own / truth * Eigen::Vector2d(1, a / widest_m_);
+        const double wanted = std::pow(truth / as_own, kGapShare);
+        const Eigen::Vector2d share = other.log_ratio / wanted * Eigen::Vector2d(1, a / widest_m_);
         normal += share * share.transpose();
-        right += (1 - as_own / truth) * share;
+        right += (1 - 1 / wanted) * share;
       }
     }
     return normal.ldlt().solve(right).transpose();
