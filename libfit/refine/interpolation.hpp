@@ -30,6 +30,14 @@ inline constexpr double kGapShare = 0.75;
 /// Logarithms of forces (1 x kComparedDepths) at the Greville abscissae of a curve's controls.
 Eigen::RowVectorXd at_controls(const CurveBasis& basis, const Eigen::RowVectorXd& log_force);
 
+/// Predictions of presses from the gap between the tool and the surface around a place.
+struct GapForces {
+  LogForces force;
+  /// V x kRadiusEffects: k_0 and k_1 of (M83) by the same gap (M83a). A wider ball touches more of
+  /// a hollow than on an even surface, and less of a ridge. 0 where not wanted, and of other tools.
+  Controls radius_effect;
+};
+
 /// Logarithms of the force with which an elastic half-space of modulus 1 would answer the tool if
 /// its surface had the shape that the body's has around a place [log m^2]. A ridge touches little
 /// of a tool and a hollow much; the half-space knows that of each place before anything is pressed.
@@ -39,7 +47,7 @@ Eigen::RowVectorXd at_controls(const CurveBasis& basis, const Eigen::RowVectorXd
 /// what hangs together with the place and faces the tool; an open surface is taken to go on past
 /// its border. outward_normal: V x 3, unit. is_wanted: #V. seeds: #P, where points lie on the
 /// surface. tool: of a width above 0. O(V times the triangles under the tool).
-LogForces gap_forces(const FittedCurves& curves, const Surface& fine, const Points& outward_normal,
+GapForces gap_forces(const FittedCurves& curves, const Surface& fine, const Points& outward_normal,
                      const std::vector<char>& is_wanted, const std::vector<EdgePathSeeds>& seeds,
                      const Indenter& tool);
 

@@ -18,11 +18,18 @@ constexpr int kCells = 12;  // of the grid of heights, from the middle to its si
 constexpr double kSlack = 1e-9;
 constexpr double kNone = -std::numeric_limits<double>::infinity();
 
+using CircleNumbers = std::array<double, kCircles + 1>;
+
+CircleNumbers sum_of(CircleNumbers a, const CircleNumbers& b) {
+  for (int i = 0; i <= kCircles; ++i) a[i] += b[i];
+  return a;
+}
+
 // Radii of circles, and what of the tool stands at them: the profile of springs (M80).
 struct Springs {
-  std::array<double, kCircles + 1> radius_m{}, depth_m{};
+  CircleNumbers radius_m{}, depth_m{};
   // of the height of circle j in the height of spring i
-  std::array<std::array<double, kCircles + 1>, kCircles + 1> share{};
+  std::array<CircleNumbers, kCircles + 1> share{};
 };
 
 Springs springs_of(const Indenter& tool, double range_m) {
@@ -167,8 +174,7 @@ class HeightGrid {
 };
 
 // (M12d), 2 int_0^a max(0, d - g(x)) dx: of springs between which g is linear.
-double spring_sum(const Springs& springs, const std::array<double, kCircles + 1>& gap_m,
-                  double depth_m) {
+double spring_sum(const Springs& springs, const CircleNumbers& gap_m, double depth_m) {
   double sum = 0;
   for (int i = 0; i < kCircles; ++i) {
     const double from = depth_m - gap_m[i], to = depth_m - gap_m[i + 1],
@@ -179,6 +185,73 @@ double spring_sum(const Springs& springs, const std::array<double, kCircles + 1>
   }
   return sum;
 }
+
+// Radius of the contact at a depth: half the slope of that sum.
+double contact_m(const Springs& springs, const CircleNumbers& gap_m, double depth_m) {
+  double sum = 0;
+  for (int i = 0; i < kCircles; ++i) {
+    const auto [low, high] = std::minmax(gap_m[i], gap_m[i + 1]);
+    const double width = springs.radius_m[i + 1] - springs.radius_m[i];
+    if (depth_m > low) sum += depth_m >= high ? width : width * (depth_m - low) / (high - low);
+  }
+  return sum;
+}
+
+using RadiusEffect = Eigen::Matrix<double, 1, runtime::kRadiusEffects>;
+
+// (M83) of a place by the shape of its surface alone. A half-space of modulus 1 has K = 2 A, with A
+// the radius of the contact over the gap (M12d). (M81) takes K of another ball at the depth where
+// the curves' ball would touch an even body as widely, so A over the A of the curves' ball there,
+// to the power with which forces follow the gap, is what (M83) has to make good.
+class ShapeEffect {
+ public:
+  ShapeEffect(const Springs& own, double ball_m, double range_m, double first_row_m)
+      : own_(own),
+        first_row_m_(first_row_m),
+        widest_m_(runtime::contact_radius_at(runtime::ball_indenter(ball_m), range_m)) {
+    // Balls of half and of one and a half times the radius have most tools between them.
+    for (const double ratio : {0.5, 1.5}) {
+      OtherBall& other = others_.emplace_back();
+      other.log_ratio = std::log(ratio);
+      const Indenter ball = runtime::ball_indenter(ratio * ball_m);
+      for (int i = 0; i <= kCircles; ++i)
+        other.depth_m[i] = runtime::depth_at(ball, own_.radius_m[i]);
+    }
+    even_first_ = spring_sum(own_, own_.depth_m, first_row_m);
+  }
+
+  // rise_m: of the gap over an even surface's, circle by circle.
+  RadiusEffect of(const CircleNumbers& rise_m) const {
+    const CircleNumbers own_gap = sum_of(own_.depth_m, rise_m);
+    const double first = spring_sum(own_, own_gap, first_row_m_) / even_first_;
+    Eigen::Matrix2d normal = 1e-4 * Eigen::Matrix2d::Identity();  // a place without rows has none
+    Eigen::Vector2d right = Eigen::Vector2d::Zero();
+    for (const OtherBall& other : others_) {
+      const CircleNumbers other_gap = sum_of(other.depth_m, rise_m);
+      for (int i = 1; i <= kCircles && own_.radius_m[i] <= widest_m_; ++i) {
+        const double a = own_.radius_m[i], own_m = own_.depth_m[i];
+        if (!(other.depth_m[i] < runtime::kNeverDeep_m)) break;
+        const double as_own = own_m < first_row_m_ ? first * a : contact_m(own_, own_gap, own_m);
+        const double truth = contact_m(own_, other_gap, other.depth_m[i]);
+        if (!(as_own > 0 && truth > 0 && truth < own_.radius_m.back())) continue;
+        const double wanted = std::pow(truth / as_own, kGapShare);
+        const Eigen::Vector2d share = other.log_ratio / wanted * Eigen::Vector2d(1, a / widest_m_);
+        normal += share * share.transpose();
+        right += (1 - 1 / wanted) * share;
+      }
+    }
+    return normal.ldlt().solve(right).transpose();
+  }
+
+ private:
+  struct OtherBall {
+    double log_ratio = 0;
+    CircleNumbers depth_m{};
+  };
+  const Springs& own_;
+  double first_row_m_, widest_m_, even_first_ = 0;
+  std::vector<OtherBall> others_;
+};
 
 // In spacings of the points, and nuggets in variances of the field. None is chosen by hand: each
 // counts as much as the points make it likely.
@@ -196,41 +269,53 @@ double spacing_of(const Points& position) {
 
 }  // namespace
 
-LogForces gap_forces(const FittedCurves& curves, const Surface& fine, const Points& outward_normal,
+GapForces gap_forces(const FittedCurves& curves, const Surface& fine, const Points& outward_normal,
                      const std::vector<char>& is_wanted, const std::vector<EdgePathSeeds>& seeds,
                      const Indenter& tool) {
   const double range_m = curves.curves.basis[0].knots_m.back();
   const Springs springs = springs_of(tool, range_m);
   HeightGrid grid(fine, springs.radius_m.back());
-  const auto force = [&](const Vec3& place, const Vec3& outward,
-                         const std::vector<std::int32_t>& from) {
+  const auto rise_at = [&](const Vec3& place, const Vec3& outward,
+                           const std::vector<std::int32_t>& from) {
     grid.look_at(place, outward, from);
-    std::array<double, kCircles + 1> height{}, gap{};
+    CircleNumbers height{}, rise{};
     for (int i = 0; i <= kCircles; ++i)
       height[i] = grid.mean_m(springs.radius_m[i], i > 0 ? height[i - 1] : 0);
     for (int i = 0; i <= kCircles; ++i) {
-      gap[i] = springs.depth_m[i] + height[0];  // deflection counts from the place itself
-      for (int j = 0; j <= i; ++j) gap[i] -= springs.share[i][j] * height[j];
+      rise[i] = height[0];  // deflection counts from the place itself
+      for (int j = 0; j <= i; ++j) rise[i] -= springs.share[i][j] * height[j];
     }
+    return rise;
+  };
+  const auto log_force = [&](const CircleNumbers& rise) {
+    const CircleNumbers gap = sum_of(springs.depth_m, rise);
     Eigen::RowVector<double, kComparedDepths> out;
     for (int k = 0; k < kComparedDepths; ++k)
       out[k] = std::log(spring_sum(springs, gap, range_m * (k + 1) / kComparedDepths));
     return out;
   };
 
-  LogForces out;
-  out.at_point.setZero(seeds.size(), kComparedDepths);
-  out.at_vertex.setZero(fine.vertices.rows(), kComparedDepths);
+  GapForces out;
+  out.force.at_point.setZero(seeds.size(), kComparedDepths);
+  out.force.at_vertex.setZero(fine.vertices.rows(), kComparedDepths);
+  out.radius_effect.setZero(fine.vertices.rows(), runtime::kRadiusEffects);
   std::vector<std::int32_t> from;
   for (std::size_t p = 0; p < seeds.size(); ++p) {
     from.clear();
     for (const EdgePathSeed& seed : seeds[p]) from.push_back(seed.vertex);
     if (!from.empty())
-      out.at_point.row(p) = force(curves.position.row(p), -curves.normal.row(p), from);
+      out.force.at_point.row(p) =
+          log_force(rise_at(curves.position.row(p), -curves.normal.row(p), from));
   }
-  for (std::int32_t v = 0; v < fine.vertices.rows(); ++v)
-    if (is_wanted[v] != 0)
-      out.at_vertex.row(v) = force(fine.vertices.row(v), outward_normal.row(v), {v});
+  std::optional<ShapeEffect> effect;
+  if (tool.points == 0)
+    effect.emplace(springs, tool.round_end_m, range_m, curves.curves.first_row_m);
+  for (std::int32_t v = 0; v < fine.vertices.rows(); ++v) {
+    if (is_wanted[v] == 0) continue;
+    const CircleNumbers rise = rise_at(fine.vertices.row(v), outward_normal.row(v), {v});
+    out.force.at_vertex.row(v) = log_force(rise);
+    if (effect) out.radius_effect.row(v) = effect->of(rise);
+  }
   return out;
 }
 

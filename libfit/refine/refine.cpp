@@ -213,16 +213,21 @@ Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<
                                   : KrigedPoints();
   // The surface of measured points is not sure enough.
   const bool may_follow = options.tool && !options.is_measured;
-  const LogForces gap = may_follow ? gap_forces(curves, fine, outward_normal, is_reachable,
+  const GapForces gap = may_follow ? gap_forces(curves, fine, outward_normal, is_reachable,
                                                 usable_seeds, *options.tool)
-                                   : LogForces();
-  chosen = choose_interpolation(curves, found.triangles, is_trusted, slopes, gap, kriged.left_out);
+                                   : GapForces();
+  chosen =
+      choose_interpolation(curves, found.triangles, is_trusted, slopes, gap.force, kriged.left_out);
   const Points inward_normal = chosen.kriges_normals ? kriged_normals(kriged, fine, -outward_normal)
                                                      : Points(-outward_normal);
   if (chosen.is_kriged) found.trend = kriged_trend(kriged, curves, fine, inward_normal);
-  if (chosen.follows_gap) found.trend = {kGapShare * gap.at_point, kGapShare * gap.at_vertex};
+  if (chosen.follows_gap)
+    found.trend = {kGapShare * gap.force.at_point, kGapShare * gap.force.at_vertex};
   Model model = model_of(curves, fine, inward_normal, std::move(blend), slopes, chosen.slope_share,
                          found.trend);
+  if (chosen.follows_gap && model.curves.family == CurveFamily::rings &&
+      model.curves.control[runtime::kRadiusEffect].isZero(0))  // no second indenter tells more
+    model.curves.control[runtime::kRadiusEffect] = rounded_to_float(gap.radius_effect);
   for (std::size_t v = 0; v < is_reachable.size(); ++v)
     if (is_reachable[v] && !model.is_covered[v]) found.uncovered.push_back(v);
   return model;

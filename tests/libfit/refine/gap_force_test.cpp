@@ -15,17 +15,19 @@ namespace {
 
 constexpr double kBall_m = 0.008;
 
-// Forces at compared depths, up to deepest_m, at a vertex.
-Eigen::RowVectorXd forces_at(const Surface& surface, Eigen::Index vertex, double deepest_m,
-                             const Indenter& tool = runtime::ball_indenter(kBall_m)) {
+// Predictions of the gap at a vertex, for presses up to deepest_m.
+GapForces gap_at(const Surface& surface, Eigen::Index vertex, double deepest_m,
+                 const Indenter& tool) {
   FittedCurves curves = curves_at(surface, [](const Vec3&) { return 1; });
   curves.curves.basis[0].knots_m.back() = deepest_m;
   std::vector<char> is_wanted(static_cast<std::size_t>(surface.vertices.rows()), 0);
   is_wanted[static_cast<std::size_t>(vertex)] = 1;
-  return gap_forces(curves, surface, vertex_normals(surface), is_wanted, {}, tool)
-      .at_vertex.row(vertex)
-      .array()
-      .exp();
+  return gap_forces(curves, surface, vertex_normals(surface), is_wanted, {}, tool);
+}
+// Forces at compared depths.
+Eigen::RowVectorXd forces_at(const Surface& surface, Eigen::Index vertex, double deepest_m,
+                             const Indenter& tool = runtime::ball_indenter(kBall_m)) {
+  return gap_at(surface, vertex, deepest_m, tool).force.at_vertex.row(vertex).array().exp();
 }
 
 constexpr int kCells = 60;
@@ -64,6 +66,24 @@ TEST(GapForce, of_a_round_bump_and_hollow_is_hertzs_of_both_radii) {
     const double both_m = 1 / (1 / kBall_m + 1 / body_m);
     const double force = forces_at(patch(bowl, 0.012), kMiddle, depth_m)[kComparedDepths - 1];
     EXPECT_NEAR(force / hertz(both_m, depth_m), 1, 0.05) << "radius " << body_m;
+  }
+}
+
+// With both radii in place of the ball's, K of (M81) is off by this factor in Hertz's law, to the
+// power with which forces follow the gap.
+TEST(GapForce, of_another_ball_on_a_bump_and_in_a_hollow_is_hertzs) {
+  for (const double body_m : {1e9, 0.05, 0.02, -0.05, -0.03}) {
+    const auto bowl = [&](double x, double y) { return -(x * x + y * y) / (2 * body_m); };
+    const Eigen::RowVector2d effect =
+        gap_at(patch(bowl, 0.012), kMiddle, 4e-4, runtime::ball_indenter(kBall_m))
+            .radius_effect.row(kMiddle);
+    for (const double ratio : {0.5, 0.7, 1.3, 1.5})
+      for (const double width : {0.3, 1.0}) {
+        const double found = 1 + std::log(ratio) * (effect[0] + width * effect[1]);
+        const double hertz =
+            std::pow((1 + kBall_m / body_m) / (1 + ratio * kBall_m / body_m), kGapShare / 2);
+        EXPECT_NEAR(found / hertz, 1, 0.05) << "radius " << body_m << ", ratio " << ratio;
+      }
   }
 }
 

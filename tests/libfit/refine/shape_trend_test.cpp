@@ -39,7 +39,7 @@ struct Followed {
     const FittedCurves on_fine = curves_at(fine, [](const Vec3&) { return 1; });
     const Controls gap = gap_forces(on_fine, fine, vertex_normals(fine), all(fine), {},
                                     runtime::ball_indenter(kBall_m))
-                             .at_vertex;
+                             .force.at_vertex;
     const auto force_at = [=, most = gap.maxCoeff()](Eigen::Index v, int depth) {
       return 3 * std::exp(share * (gap(v, depth) - most));
     };
