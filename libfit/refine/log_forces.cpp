@@ -199,6 +199,10 @@ double contact_m(const Springs& springs, const CircleNumbers& gap_m, double dept
 
 using RadiusEffect = Eigen::Matrix<double, 1, runtime::kRadiusEffects>;
 
+// Bound of k_0 + k_1 a/a_max [1]: a ball of 0.4 radii keeps a sixth of its stiffness, so curves
+// rise.
+constexpr double kMostEffect = 0.9;
+
 // (M83) of a place by the shape of its surface alone. A half-space of modulus 1 has K = 2 A, with A
 // the radius of the contact over the gap (M12d). (M81) takes K of another ball at the depth where
 // the curves' ball would touch an even body as widely, so A over the A of the curves' ball there,
@@ -240,7 +244,9 @@ class ShapeEffect {
         right += (1 - 1 / wanted) * share;
       }
     }
-    return normal.ldlt().solve(right).transpose();
+    const Eigen::Vector2d k = normal.ldlt().solve(right);
+    const auto bounded = [](double x) { return std::clamp(x, -kMostEffect, kMostEffect); };
+    return {bounded(k[0]), bounded(k[0] + k[1]) - bounded(k[0])};
   }
 
  private:
