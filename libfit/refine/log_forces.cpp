@@ -199,8 +199,8 @@ double contact_m(const Springs& springs, const CircleNumbers& gap_m, double dept
 
 using RadiusEffect = Eigen::Matrix<double, 1, runtime::kRadiusEffects>;
 
-// Bound of k_0 + k_1 a/a_max [1]: a ball of 0.4 radii keeps a sixth of its stiffness, so curves
-// rise.
+// Bound of k_0 + k_1 a/a_max [1]: with 0.4 of the radius a sixth of the stiffness is left, so
+// curves rise; twice the bound would let them fall.
 constexpr double kMostEffect = 0.9;
 
 // (M83) of a place by the shape of its surface alone. A half-space of modulus 1 has K = 2 A, with A
