@@ -7,7 +7,6 @@
 //
 //     K(a) = f^z'(d_0(a))      F(d) = int_0^d K(a(s)) ds,      d(a(s)) = s                  (M81)
 //
-// K of a tool that is deeper at the same a is less by large strain (M81a).
 // F is linear in the control values of f^z. Its basis is tabulated here once, in memory of the
 // caller's, and a tick costs what it costs with the indenter of the asset.
 
@@ -104,12 +103,9 @@ class IndenterTable {
     LiveSlopes out;
     const double d = depth_m > 1e-9 * depth_m_ ? depth_m : 1e-9 * depth_m_;
     const double a = contact_radius_at(tool_, d);
+    const double stretch = is_below ? a / first_area_ : a > widest_m_ ? a / widest_m_ : 1;
     double own_m = is_below ? first_row_m_ : depth_at(ball_, a);
     own_m = own_m < depth_m_ ? own_m : depth_m_;
-    const double own_a = a < widest_m_ ? a : widest_m_;
-    const double stretch =
-        large_strain_share(d / a) *
-        (is_below ? a / first_area_ : a / own_a / large_strain_share(own_m / own_a));
     const SplineWeights<double> at = spline_weights(own_, piece, own_m);
     double radius = ball_as_deep(a, d) / ball_.round_end_m;
     radius = radius < kMinRadiusRatio   ? kMinRadiusRatio
@@ -131,10 +127,9 @@ class IndenterTable {
   void fill() noexcept {
     // int_0^d a ds of the own ball, which c of K = c a below the first row is the force over.
     constexpr int kSteps = 32;
-    for (int i = 0; i < kSteps && first_row_m_ > 0; ++i) {
-      const double own_m = first_row_m_ * (i + 0.5) / kSteps, a = contact_radius_at(ball_, own_m);
-      first_area_ += a * large_strain_share(own_m / a) * (first_row_m_ / kSteps);
-    }
+    for (int i = 0; i < kSteps && first_row_m_ > 0; ++i)
+      first_area_ +=
+          contact_radius_at(ball_, first_row_m_ * (i + 0.5) / kSteps) * (first_row_m_ / kSteps);
     for (Set& set : set_)
       for (int j = 0; j < size_; ++j) set.begins[j] = set.integrals[j] = 0;
     pieces_ = 0;

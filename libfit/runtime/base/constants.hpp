@@ -81,11 +81,6 @@ constexpr double kNeverDeep_m = 1e30;  ///< depth of a contact that the tool can
 /// Steepness over the measured one up to which the law is known to follow [1]: a body closes around
 /// a small ball, whose friction then grows faster than (M84).
 constexpr double kMaxSteepness = 1.2;
-/// Part of the stiffness that a neo-Hookean body loses to large strain, over the squared steepness
-/// [1]: F = 16/9 E sqrt(R d) d (1 - 0.15 d/R) of a ball (Zhang, Cao, Li, Feng 2014,
-/// doi:10.1007/s10237-013-0481-4), less what Sneddon's d(a) has of it. Balls of 0.5 and 1.5 radii
-/// on a liver: mean error 0.7 and 0.1 %; with half of it 2.0 and -1.7, with twice -1.7 and 3.9 %.
-constexpr double kLargeStrain = 1.0 / 12;
 constexpr int kExtraIndenterPieces = 40;  ///< intervals beside those of the asset
 constexpr int kMaxHalvings = 5;           ///< of an interval between two knots of the asset
 constexpr double kMinRadiusRatio = 0.4, kMaxRadiusRatio = 2;  ///< range of (M83), over the ball's

@@ -118,10 +118,6 @@ inline double ball_as_deep(double a, double depth_m) noexcept { return a / tanh_
 inline double steepness_at(const Indenter& tool, double depth_m) noexcept {
   return depth_m / contact_radius_at(tool, depth_m);
 }
-/// Stiffness of a contact at that steepness over the one of small strain (M81a).
-inline double large_strain_share(double steepness) noexcept {
-  return 1 / (1 + kLargeStrain * steepness * steepness);
-}
 /// Depth up to most_m at which it is `steepest`.
 inline double depth_of_steepness(const Indenter& tool, double steepest, double most_m) noexcept {
   if (steepness_at(tool, most_m) <= steepest) return most_m;
