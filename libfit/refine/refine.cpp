@@ -225,7 +225,7 @@ Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<
     found.trend = {kGapShare * gap.force.at_point, kGapShare * gap.force.at_vertex};
   Model model = model_of(curves, fine, inward_normal, std::move(blend), slopes, chosen.slope_share,
                          found.trend);
-  if (may_follow && model.curves.family == CurveFamily::rings &&
+  if (chosen.follows_gap && model.curves.family == CurveFamily::rings &&
       model.curves.control[runtime::kRadiusEffect].isZero(0))  // no second indenter was pressed
     model.curves.control[runtime::kRadiusEffect] = rounded_to_float(gap.radius_effect);
   for (std::size_t v = 0; v < is_reachable.size(); ++v)
