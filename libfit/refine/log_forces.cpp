@@ -206,13 +206,14 @@ constexpr double kMostEffect = 0.9;
 // Part of the stiffness that a neo-Hookean body loses to large strain, over the squared steepness
 // [1]: F = 16/9 E sqrt(R d) d (1 - 0.15 d/R) of a ball (Zhang, Cao, Li, Feng 2014,
 // doi:10.1007/s10237-013-0481-4), less what Sneddon's d(a) has of it. Balls of 0.5 and 1.5 radii on
-// a liver: mean error 0.7 and 0.1 %; with half of it 2.0 and -1.7, with twice -1.7 and 3.9 %.
+// a liver, in a prototype: mean error 0.7 and 0.1 %; with half of it 2.0 and -1.7, with twice -1.7
+// and 3.9 %.
 constexpr double kLargeStrain = 1.0 / 12;
 
-// (M83) of a place by the shape of its surface and by large strain. A half-space of modulus 1 has K
-// = 2 A, with A the radius of the contact over the gap (M12d). (M81) takes K of another ball at the
-// depth where the curves' ball would touch an even body as widely, so A over the A of the curves'
-// ball there, to the power with which forces follow the gap, is what (M83) has to make good.
+// k_0 and k_1 of a place by the shape of its surface and by large strain (M83a). A half-space of
+// modulus 1 has K = 2 A, with A the radius of the contact over the gap (M12d). (M81) takes K of
+// another ball at the depth where the curves' ball would touch an even body as widely. So A over
+// the A of the curves' ball there, to the power with which forces follow the gap, is left to (M83).
 class ShapeEffect {
  public:
   ShapeEffect(const Springs& own, double ball_m, double range_m, double first_row_m)
