@@ -49,20 +49,21 @@ struct DamageReport {
 runtime::DamageView identify_damage(const FittedCurves& curves, const Samples& cycles,
                                     DamageReport* report = nullptr);
 
-/// Errors of presses of other indenters, relative as a statement has them (M11a). theory: by (M81)
-/// alone. left_out: each point with the effect of the others. fitted: with its own.
+/// Errors of presses of other indenters, relative as a statement has them (M11a). theory: with k =
+/// 0 and w by (M83b). left_out: each point with the effect of the others. fitted: with its own.
 struct RadiusReport {
   std::size_t points = 0, rows = 0;
   RelativeErrors as_own_ball, theory, left_out, fitted;
   std::string chosen = "theory alone";  ///< effect of points without such presses
 };
 
-/// Finds how the stiffness of the body's contacts changes with the indenter's radius beside what
-/// (M81) says, k_0 and k_1 of (M83), from straight presses of other indenters at points that
-/// `curves` has a curve for: rows of the kind `other` of which ends[i - 1] is the indenter number
-/// i. Least squares of relative errors, drawn to 0 by a standard deviation of 0.1. Points without
-/// such presses get what those have in common, by distance or on average, whichever predicts left
-/// out ones better than none. Does nothing where the curves are of no ball, or no rings.
+/// Finds how the stiffness of the body's contacts changes with the indenter, k and w of (M83): w by
+/// each point's own curve (M83b), then both from straight presses of other indenters at points that
+/// `curves` has a curve for, rows of the kind `other` of which ends[i - 1] is the indenter number
+/// i. Least squares of relative errors, drawn to 0 and to that w by standard deviations of 0.1 and
+/// 0.5. Points without such presses get what those have in common, by distance or on average,
+/// whichever predicts left out ones better than none. Does nothing where the curves are of no ball,
+/// or no rings.
 void identify_radius_effect(FittedCurves& curves, const Samples& others,
                             const std::vector<Indenter>& ends, RadiusReport* report = nullptr);
 

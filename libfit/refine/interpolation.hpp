@@ -33,10 +33,9 @@ Eigen::RowVectorXd at_controls(const CurveBasis& basis, const Eigen::RowVectorXd
 /// Predictions of presses from the gap between the tool and the surface around a place.
 struct GapForces {
   LogForces force;
-  /// V x kRadiusEffects: k_0 and k_1 of (M83) by the same gap and by large strain (M83a) [1]. A
-  /// wider ball touches more of a hollow than on an even surface, and less of a ridge. 0 where not
-  /// wanted, and where the tool is no ball.
-  Controls radius_effect;
+  /// V: k of (M83) by the same gap (M83a) [1]. A wider ball touches more of a hollow than of an
+  /// even surface, and less of a ridge. 0 where not wanted, and where the tool is no ball.
+  Eigen::VectorXd radius_effect;
 };
 
 /// Logarithms of the force with which an elastic half-space of modulus 1 would answer the tool if

@@ -225,9 +225,12 @@ Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<
     found.trend = {kGapShare * gap.force.at_point, kGapShare * gap.force.at_vertex};
   Model model = model_of(curves, fine, inward_normal, std::move(blend), slopes, chosen.slope_share,
                          found.trend);
-  if (chosen.follows_gap && model.curves.family == CurveFamily::rings &&
-      model.curves.control[runtime::kRadiusEffect].isZero(0))  // no second indenter was pressed
-    model.curves.control[runtime::kRadiusEffect] = rounded_to_float(gap.radius_effect);
+  if (chosen.follows_gap && model.curves.family == CurveFamily::rings) {
+    Controls& effect = model.curves.control[runtime::kRadiusEffect];
+    if (effect.col(0).isZero(0))  // no second indenter was pressed
+      effect.col(0) = gap.radius_effect.array() * (1 - effect.col(1).array());
+    effect = rounded_to_float(effect);
+  }
   for (std::size_t v = 0; v < is_reachable.size(); ++v)
     if (is_reachable[v] && !model.is_covered[v]) found.uncovered.push_back(v);
   return model;

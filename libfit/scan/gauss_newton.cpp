@@ -146,13 +146,18 @@ ScanIdentification::ScanIdentification(const Samples& scans, int jobs, const Pro
   start(body);
 }
 
-// Heights from the outermost rows of each cell, smooth, or of the body; curves of one stiffness.
+// Heights from the outermost rows of each cell that press, or where none does of all, smooth; or of
+// the body. Curves of one stiffness.
 void ScanIdentification::start(const Surface* body) {
-  std::vector<std::vector<double>> level(nodes.cells());
+  std::vector<std::vector<double>> level(nodes.cells()), pressed(nodes.cells());
   for (Eigen::Index row = 0; row < passes.rows(); ++row) {
     const Vec3 x = nodes.coordinates(passes.position_m.row(row));
-    level[nodes.at(x[0], x[1]).cell].push_back(x[2]);
+    const int cell = nodes.at(x[0], x[1]).cell;
+    level[cell].push_back(x[2]);
+    if (force_N_[row] > floor_N_) pressed[cell].push_back(x[2]);
   }
+  for (int cell = 0; cell < nodes.cells(); ++cell)
+    if (!pressed[cell].empty()) level[cell].swap(pressed[cell]);
   Points outermost(passes.rows(), 3);
   for (Eigen::Index row = 0; row < passes.rows(); ++row) {
     const Vec3 x = nodes.coordinates(passes.position_m.row(row));

@@ -92,6 +92,7 @@ void add_radius_effect(FittedCurves& curves, const Samples& others) {
   }
   fit::RadiusReport report;
   fit::identify_radius_effect(curves, others, ends, &report);
+  if (others.rows() == 0) return;
   if (curves.curves.family != CurveFamily::rings || report.points == 0) {
     say("  radius   {}", curves.curves.family == CurveFamily::rings
                              ? "no press of another tool can be used"
@@ -147,7 +148,7 @@ FittedCurves fit_samples(const Samples& all, const FitSection& section, int jobs
   curves.probe = samples.probe;
   if (const Samples cycles = of_kinds(all, {ExperimentKind::cycle}); cycles.rows() > 0)
     add_damage(curves, cycles);
-  if (others.rows() > 0) add_radius_effect(curves, others);
+  add_radius_effect(curves, others);
   return curves;
 }
 

@@ -1,11 +1,13 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// An asset for another round indenter (docs/method-tools.md, section 30). What a press
-// identifies is the stiffness K of the body's contact by its radius a, whatever the tool (Pharr,
-// Oliver, Brotzen 1992, doi:10.1557/JMR.1992.0613), so that with d(a) of (M80)
+// An asset for another round indenter (docs/method-tools.md, section 30). An even half-space has a
+// stiffness of 2 E* a under any tool (Pharr, Oliver, Brotzen 1992, doi:10.1557/JMR.1992.0613). What
+// a press by the asset's ball says of E* belongs to its depth or to its contact's radius. With d(a)
+// of (M80), and a_0 and d_0 of the ball,
 //
-//     K(a) = f^z'(d_0(a))      F(d) = int_0^d K(a(s)) ds,      d(a(s)) = s                  (M81)
+//     K_d(d) = f^z'(d) a(d) / a_0(d)      K_a(d) = f^z'(d_0(a(d)))                          (M81)
+//     F(d) = int_0^d K ds      K = (1 + k ln(R/R_0)) K_d + w (K_a - K_d)                    (M83)
 //
 // F is linear in the control values of f^z. Its basis is tabulated here once, in memory of the
 // caller's, and a tick costs what it costs with the indenter of the asset.
@@ -20,14 +22,14 @@ namespace palpate::runtime {
 
 /// Intervals that the table of an asset has at most.
 inline int max_indenter_pieces(const AssetView& asset) noexcept {
-  return asset.curves.view[kNormal].pieces + kExtraIndenterPieces;
+  return 2 * asset.curves.view[kNormal].pieces + kExtraIndenterPieces;
 }
 /// Bytes that with_indenter() needs, 8-byte aligned.
 inline std::uint64_t indenter_bytes(const AssetView& asset) noexcept {
   const std::uint64_t rows = max_indenter_pieces(asset) + 1;
   const std::uint64_t size = asset.curves.view[kNormal].size();
   constexpr std::uint64_t kOrder = kMaxDegree + 1;
-  return sizeof(IndenterView) + 8 * (2 * rows + (rows + 1) / 2 +
+  return sizeof(IndenterView) + 8 * (2 * rows + 2 * ((rows + 1) / 2) +
                                      (1 + kRadiusEffects) * rows * (kOrder * kOrder + 2 * size));
 }
 
@@ -42,7 +44,8 @@ class IndenterTable {
         order_(size_ < kMaxDegree + 1 ? size_ : kMaxDegree + 1),
         max_pieces_(max_indenter_pieces(asset)),
         depth_m_(own_.knots[own_.pieces]),
-        first_row_m_(asset.first_row_m < depth_m_ ? asset.first_row_m : 0),
+        first_row_m_(asset.first_row_m > 0 && asset.first_row_m < depth_m_ ? asset.first_row_m
+                                                                           : own_.knots[1]),
         widest_m_(contact_radius_at(ball_, depth_m_)) {
     auto* at = static_cast<unsigned char*>(memory);
     view_ = new (at) IndenterView();
@@ -59,7 +62,8 @@ class IndenterTable {
       set.begins = take((max_pieces_ + 1) * size_);
       set.integrals = take((max_pieces_ + 1) * size_);
     }
-    first_ = reinterpret_cast<std::int32_t*>(at);
+    for (std::int32_t*& first : first_)
+      first = reinterpret_cast<std::int32_t*>(take((max_pieces_ + 2) / 2));
     fill();
   }
 
@@ -75,12 +79,19 @@ class IndenterTable {
 
  private:
   static constexpr int kSets = 1 + kRadiusEffects;
+  /// The sets of a table: K_d, what k is times, and K_a. The first two are of the ball's own depth.
+  static constexpr int kSameWidth = kSets - 1;
   struct Set {
     double *weights, *begins, *integrals;
   };
-  /// LiveSlopes of basis functions that are alive at a depth, [1/m] of each set.
+  /// Slopes of basis functions that are alive at a depth, [1/m] of each set.
   struct LiveSlopes {
     double of[kSets][kMaxDegree + 1] = {};
+  };
+  /// Interval of the asset's own basis that answers: of the same depth, and of the same width.
+  struct Pieces {
+    int of[2];
+    bool is_below[2];  ///< the first row
   };
 
   SplineView spline(int set) const noexcept {
@@ -91,35 +102,52 @@ class IndenterTable {
     out.weights = set_[set].weights;
     out.integrals = set_[set].integrals;
     out.controls = size_;
-    out.first = first_;
+    out.first = first_[set == kSameWidth];
     out.begins = set_[set].begins;
     return out;
   }
 
-  /// On interval `piece` of the asset's own basis; `first`: of the live ones. Below the first row
-  /// and beyond the last one K is that of an even half-space, proportional to a (M82): with the
-  /// force of the first row, and going on from the last.
-  LiveSlopes slopes_at(double depth_m, int piece, int first, bool is_below) const noexcept {
+  /// Depth of the asset's own ball where its contact is as wide, at most the deepest measured.
+  double as_wide_m(double depth_m) const noexcept {
+    const double own_m = depth_at(ball_, contact_radius_at(tool_, depth_m));
+    return own_m < depth_m_ ? own_m : depth_m_;
+  }
+  Pieces pieces_at(double depth_m) const noexcept {
+    Pieces out{};
+    const double own_m[2] = {depth_m, as_wide_m(depth_m)};
+    for (int i = 0; i < 2; ++i) {
+      out.is_below[i] = own_m[i] < first_row_m_;
+      const int piece = find_piece(own_, out.is_below[i] ? first_row_m_ : own_m[i]);
+      out.of[i] = piece < own_.pieces ? piece : own_.pieces - 1;
+    }
+    return out;
+  }
+  /// Below the first row and beyond the widest contact that was measured K is that of an even
+  /// half-space, proportional to a (M82): with the force of the first row, and going on from the
+  /// last.
+  LiveSlopes slopes_at(double depth_m, const Pieces& pieces) const noexcept {
     LiveSlopes out;
     const double d = depth_m > 1e-9 * depth_m_ ? depth_m : 1e-9 * depth_m_;
     const double a = contact_radius_at(tool_, d);
-    const double stretch = is_below ? a / first_area_ : a > widest_m_ ? a / widest_m_ : 1;
-    double own_m = is_below ? first_row_m_ : depth_at(ball_, a);
-    own_m = own_m < depth_m_ ? own_m : depth_m_;
-    const SplineWeights<double> at = spline_weights(own_, piece, own_m);
     double radius = ball_as_deep(a, d) / ball_.round_end_m;
     radius = radius < kMinRadiusRatio   ? kMinRadiusRatio
              : radius > kMaxRadiusRatio ? kMaxRadiusRatio
                                         : radius;
     const double rounder = log_of(radius);
-    double share = a / widest_m_;
-    share = share < 1 ? share : 1;
-    for (int k = 0; k <= own_.degree; ++k) {
-      const double slope = (is_below ? at.value[k] : at.slope[k]) * stretch;
-      const int live = at.first - first + k;
-      out.of[0][live] = slope;
-      out.of[1][live] = slope * rounder;
-      out.of[2][live] = slope * rounder * share;
+    for (int i = 0; i < 2; ++i) {
+      const bool is_below = pieces.is_below[i];
+      const double own_m = is_below ? first_row_m_ : i == 0 ? d : as_wide_m(d);
+      const double stretch = is_below        ? a / first_area_
+                             : i == 0        ? a / contact_radius_at(ball_, own_m)
+                             : a > widest_m_ ? a / widest_m_
+                                             : 1;
+      const SplineWeights<double> at = spline_weights(own_, pieces.of[i], own_m);
+      const int shift = at.first - first_of(pieces.of[i]);
+      for (int k = 0; k <= own_.degree; ++k) {
+        const double slope = (is_below ? at.value[k] : at.slope[k]) * stretch;
+        if (i == 0) out.of[1][shift + k] = slope * rounder;
+        out.of[i == 0 ? 0 : kSameWidth][shift + k] = slope;
+      }
     }
     return out;
   }
@@ -127,73 +155,70 @@ class IndenterTable {
   void fill() noexcept {
     // int_0^d a ds of the own ball, which c of K = c a below the first row is the force over.
     constexpr int kSteps = 32;
-    for (int i = 0; i < kSteps && first_row_m_ > 0; ++i)
+    for (int i = 0; i < kSteps; ++i)
       first_area_ +=
           contact_radius_at(ball_, first_row_m_ * (i + 0.5) / kSteps) * (first_row_m_ / kSteps);
     for (Set& set : set_)
       for (int j = 0; j < size_; ++j) set.begins[j] = set.integrals[j] = 0;
     pieces_ = 0;
     knots_[0] = 0;
-    const double begins_m = depth_at(ball_, contact_radius_at(tool_, 1e-9 * depth_m_));
-    own_depth_m_[0] = begins_m;
-    double begin_m = begins_m;
-    if (begins_m < first_row_m_) {
-      begin_m = first_row_m_;
-      const double d = depth_at(tool_, contact_radius_at(ball_, first_row_m_));
-      begin_below(find_piece(own_, first_row_m_), d < depth_m_ ? d : depth_m_);
+    begin();
+    // Breaks of K_d and of K_a, the nearest first.
+    int next[2] = {0, 0};
+    while (knots_[pieces_] < depth_m_ * (1 - 1e-9)) {
+      double to_m = depth_m_;
+      for (int i = 0; i < 2; ++i) {
+        while (next[i] <= own_.pieces && !(break_m(i, next[i]) > knots_[pieces_] * (1 + 1e-6)))
+          ++next[i];
+        const double at_m = next[i] <= own_.pieces ? break_m(i, next[i]) : depth_m_;
+        to_m = at_m < to_m ? at_m : to_m;
+      }
+      to_m = to_m < depth_m_ * (1 - 1e-6) ? to_m : depth_m_;
+      divide(pieces_at(0.5 * (knots_[pieces_] + to_m)), knots_[pieces_], to_m, 0);
     }
-    for (int piece = 0; piece < own_.pieces && knots_[pieces_] < depth_m_; ++piece) {
-      const double own_m = own_.knots[piece + 1];
-      if (own_m <= begin_m) continue;
-      const double d = depth_at(tool_, contact_radius_at(ball_, own_m));
-      const bool is_last = piece + 1 == own_.pieces || !(d < depth_m_);
-      const double end = is_last && !(d < depth_m_) ? depth_m_ : d;
-      if (end > knots_[pieces_] * (1 + 1e-9)) divide(piece, knots_[pieces_], end, 0);
-      if (is_last) break;
-    }
-    if (knots_[pieces_] < depth_m_ * (1 - 1e-9))
-      divide(own_.pieces - 1, knots_[pieces_], depth_m_, 0);
     extrapolate();
-    for (int i = 1; i <= pieces_; ++i) {
-      const double own_m = depth_at(ball_, contact_radius_at(tool_, knots_[i]));
-      own_depth_m_[i] = own_m < depth_m_ ? own_m : depth_m_;
-    }
+    for (int i = 0; i <= pieces_; ++i) own_depth_m_[i] = as_wide_m(i > 0 ? knots_[i] : even_m());
     view_->own_depth_m = own_depth_m_;
   }
+  /// Depth at which the first row (j = 0), or a knot of the asset, comes to answer.
+  double break_m(int i, int j) const noexcept {
+    const double own_m = j == 0 ? first_row_m_ : own_.knots[j];
+    return i == 0 ? own_m : depth_at(tool_, contact_radius_at(ball_, own_m));
+  }
 
-  /// From 0 to the first row, with a stiffness that is not 0 at 0.
-  void begin_below(int piece, double to_m) noexcept {
-    const double even_m = kEvenShare * to_m;
-    const LiveSlopes slopes = slopes_at(even_m, piece, first_of(piece), true);
+  double even_m() const noexcept { return kEvenShare * first_row_m_; }
+  /// The first interval, with a stiffness that is not 0 at 0.
+  void begin() noexcept {
+    const Pieces pieces = pieces_at(even_m());
+    const LiveSlopes slopes = slopes_at(even_m(), pieces);
     double c[kSets][kMaxDegree + 1][kMaxDegree + 1] = {};
     for (int set = 0; set < kSets; ++set)
       for (int k = 0; k < order_; ++k) c[set][k][0] = slopes.of[set][k];
-    put(first_of(piece), even_m, c);
-    knots_[pieces_] = even_m;
-    divide(piece, even_m, to_m, 0, true);
+    put(pieces, even_m(), c);
+    knots_[pieces_] = even_m();
   }
 
   /// Puts in the interval, or its halves where one polynomial is not good enough.
-  void divide(int piece, double from_m, double to_m, int halvings, bool is_below = false) noexcept {
-    const int first = first_of(piece);
+  void divide(const Pieces& pieces, double from_m, double to_m, int halvings) noexcept {
     double c[kSets][kMaxDegree + 1][kMaxDegree + 1];
-    const bool is_good = interpolate(piece, first, is_below, from_m, to_m, c);
+    const bool is_good = interpolate(pieces, from_m, to_m, c);
     // Every interval of the asset that is still to come needs one.
-    const bool has_room = pieces_ + kMaxHalvings + 2 + (own_.pieces - piece) <= max_pieces_;
+    const int to_come = 2 * own_.pieces - pieces.of[0] - pieces.of[1];
+    const bool has_room = pieces_ + kMaxHalvings + 4 + to_come <= max_pieces_;
     if (!is_good && halvings < kMaxHalvings && has_room) {
       const double middle = 0.5 * (from_m + to_m);
-      divide(piece, from_m, middle, halvings + 1, is_below);
-      divide(piece, middle, to_m, halvings + 1, is_below);
+      divide(pieces, from_m, middle, halvings + 1);
+      divide(pieces, middle, to_m, halvings + 1);
       return;
     }
-    put(first, to_m - from_m, c);
+    put(pieces, to_m - from_m, c);
     knots_[pieces_] = to_m;
   }
   int first_of(int piece) const noexcept { return piece < size_ - order_ ? piece : size_ - order_; }
 
   /// Polynomials of the slopes through places of the interval: c[set][k][m], of t^m. Whether they
   /// are near enough between.
-  bool interpolate(int piece, int first, bool is_below, double from_m, double to_m,
+  bool interpolate(const Pieces& pieces, double from_m, double to_m,
                    double c[kSets][kMaxDegree + 1][kMaxDegree + 1]) const noexcept {
     constexpr double kInner = 0.27639320225002106;  // of Lobatto's rule
     static constexpr double kPlaces[kMaxDegree][kMaxDegree] = {
@@ -202,10 +227,9 @@ class IndenterTable {
     const double* const place = kPlaces[count - 1];
     const double width = to_m - from_m;
     LiveSlopes at[kMaxDegree];
-    for (int i = 0; i < count; ++i)
-      at[i] = slopes_at(from_m + place[i] * width, piece, first, is_below);
-    const LiveSlopes between[2] = {slopes_at(from_m + 0.12 * width, piece, first, is_below),
-                                   slopes_at(from_m + 0.62 * width, piece, first, is_below)};
+    for (int i = 0; i < count; ++i) at[i] = slopes_at(from_m + place[i] * width, pieces);
+    const LiveSlopes between[2] = {slopes_at(from_m + 0.12 * width, pieces),
+                                   slopes_at(from_m + 0.62 * width, pieces)};
     bool is_good = true;
     for (int set = 0; set < kSets; ++set)
       for (int k = 0; k < order_; ++k) {
@@ -234,10 +258,11 @@ class IndenterTable {
   }
 
   /// The next interval, of which the slopes are known.
-  void put(int first, double width,
+  void put(const Pieces& pieces, double width,
            const double c[kSets][kMaxDegree + 1][kMaxDegree + 1]) noexcept {
-    first_[pieces_] = first;
+    for (int i = 0; i < 2; ++i) first_[i][pieces_] = first_of(pieces.of[i]);
     for (int s = 0; s < kSets; ++s) {
+      const int first = first_[s == kSameWidth][pieces_];
       Set& set = set_[s];
       double* const w = set.weights + pieces_ * order_ * order_;
       double *begins = set.begins + pieces_ * size_, *integrals = set.integrals + pieces_ * size_;
@@ -265,7 +290,7 @@ class IndenterTable {
   void extrapolate() noexcept {
     const int last = pieces_ - 1;
     const double t = knots_[pieces_] - knots_[last];
-    first_[pieces_] = first_[last];
+    for (std::int32_t* first : first_) first[pieces_] = first[last];
     for (Set& set : set_)
       for (int k = 0; k < order_; ++k) {
         const double* from = set.weights + (last * order_ + k) * order_;
@@ -281,11 +306,11 @@ class IndenterTable {
   Indenter ball_, tool_;
   int size_, order_, max_pieces_, pieces_ = 0;
   double depth_m_, first_row_m_, widest_m_;
-  double first_area_ = 0;  ///< [m^2]
+  double first_area_ = 0;  ///< int_0^d a ds of the own ball to the first row [m^2]
   IndenterView* view_ = nullptr;
   double *knots_ = nullptr, *own_depth_m_ = nullptr;
   Set set_[kSets] = {};
-  std::int32_t* first_ = nullptr;
+  std::int32_t* first_[2] = {};  ///< of the same depth, and of the same width
 };
 
 /// Finds the ploughing of a tool (M84): R_0 s tanh s of its steepness s, fitted by a line over the
@@ -398,7 +423,6 @@ PALPATE_ONCE AssetView with_indenter(const AssetView& asset, const Indenter& too
   }
   view.surface_offset_m = tool.round_end_m - asset.probe_radius_m;
   find_ploughing(tool, asset.probe_radius_m, known_m, view);
-  view.spread = view.plough_slope;  // as far as it ploughs the deeper the more
   find_side(tool, asset.probe_radius_m, known_m, view);
   out.curves.indenter = &view;
   out.max_fitted_m = known_m;

@@ -84,6 +84,9 @@ constexpr double kMaxSteepness = 1.2;
 constexpr int kExtraIndenterPieces = 40;  ///< intervals beside those of the asset
 constexpr int kMaxHalvings = 5;           ///< of an interval between two knots of the asset
 constexpr double kMinRadiusRatio = 0.4, kMaxRadiusRatio = 2;  ///< range of (M83), over the ball's
+/// Bound of k (M83) [1] over 1 - w: at 0.4 of the radius a sixth of the stiffness is left, so that
+/// curves rise; twice the bound would let them fall.
+constexpr double kMostRadiusEffect = 0.9;
 /// Share of the first row's depth below which stiffness is constant [1]. The force there is 1e-4 of
 /// the row's; a stiffness of 0 at depth 0 would leave slips there without one.
 constexpr double kEvenShare = 0.002;

@@ -84,14 +84,13 @@ inline RingTable ring_table(const SplineView& normal, double depth_m) noexcept {
   return table;
 }
 
-/// Numbers k of a node by which its stiffness changes with ln R: one, and one over the contact's
-/// radius (M83).
+/// Numbers of a node that say how its stiffness changes with the indenter (M83): k, and the share
+/// w of what goes with the contact's radius rather than with depth.
 constexpr int kRadiusEffects = 2;
 
 struct IndenterView {
   bool has_radius_effect = false;
-  /// Basis functions times ln(R / R_0) and, the second, a over the widest measured: what a node's
-  /// k are times (M83). On the knots of the normal curves' own view.
+  /// ln(R / R_0) K_d and K_a of (M83), on the knots of the normal curves' own view, which is K_d.
   SplineView by_radius[kRadiusEffects];
   RingTable rings_by_radius[kRadiusEffects];
   /// Depth at which the asset's own ball has a contact as wide, at the knots of the normal curves.
@@ -100,7 +99,6 @@ struct IndenterView {
   /// mu(d) = mu_0 + mu_1 (plough_offset_m + plough_slope d): a ball that ploughs has R_0 / R alone
   /// (M84).
   double plough_offset_m = 0, plough_slope = 1;
-  double spread = 1;                     ///< what gamma of a node is times: R_0 / R of a ball
   double side[2][2] = {{1, 0}, {0, 1}};  ///< g_2 and g_3 out of those of a node (M85)
 };
 

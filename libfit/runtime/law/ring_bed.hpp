@@ -18,7 +18,7 @@ enum RingPart : int {
   kSide3,          ///< g_3 [N/m^3]
   kCurvature,      ///< kappa = -du/dc [1/m]
   kSway,           ///< C [m/N] of sway.hpp
-  kRadiusEffect    ///< k_0, k_1 [1] of (M83)
+  kRadiusEffect    ///< k, w [1] of (M83)
 };
 
 /// Friction limit of the rings by depth.

@@ -33,12 +33,15 @@ inline CurvePiece<double> piece_at(const CurveViews& views, const CornerSpot& sp
                                    double x, bool with_area) noexcept {
   CurvePiece<double> out = piece_of(views.view[curve], spot, curve, x, with_area);
   if (curve != kNormal || !has_radius_effect(views)) return out;
+  const double k = spot.control(kRadiusEffect, 0), w = spot.control(kRadiusEffect, 1);
+  const double share[kRadiusEffects] = {k, w};
+  for (int m = 0; m < out.order; ++m) out.c[m] -= w * out.c[m];
+  out.area_J -= w * out.area_J;
   for (int i = 0; i < kRadiusEffects; ++i) {
-    const double k = spot.control(kRadiusEffect, i);
-    if (k == 0) continue;
+    if (share[i] == 0) continue;
     const auto more = piece_of(views.indenter->by_radius[i], spot, kNormal, x, with_area);
-    for (int m = 0; m < out.order; ++m) out.c[m] += k * more.c[m];
-    out.area_J += k * more.area_J;
+    for (int m = 0; m < out.order; ++m) out.c[m] += share[i] * more.c[m];
+    out.area_J += share[i] * more.area_J;
   }
   return out;
 }
@@ -46,12 +49,14 @@ inline CurvePiece<double> piece_at(const CurveViews& views, const CornerSpot& sp
 inline void node_stiffness(const CurveViews& views, const CornerSpot& spot, double* c) noexcept {
   ring_stiffness(views.rings, spot, c);
   if (!has_radius_effect(views)) return;
+  const double k = spot.control(kRadiusEffect, 0), w = spot.control(kRadiusEffect, 1);
+  const double share[kRadiusEffects] = {k, w};
+  for (int r = 0; r < kRings; ++r) c[r] -= w * c[r];
   for (int i = 0; i < kRadiusEffects; ++i) {
-    const double k = spot.control(kRadiusEffect, i);
-    if (k == 0) continue;
+    if (share[i] == 0) continue;
     double more[kRings];
     ring_stiffness(views.indenter->rings_by_radius[i], spot, more);
-    for (int r = 0; r < kRings; ++r) c[r] += k * more[r];
+    for (int r = 0; r < kRings; ++r) c[r] += share[i] * more[r];
   }
 }
 
@@ -175,7 +180,6 @@ inline void read_corner(const AssetView& asset, int v, Corner& out) noexcept {
   if (other == nullptr) return;
   number[1] += number[2] * other->plough_offset_m;  // (M84)
   number[2] *= other->plough_slope;
-  out.row[kSpreadAt] *= other->spread;
   offset_curvature(number + 3, other->surface_offset_m);
   for (int i = kSideAt; i < kSideAt + 3; ++i) {
     const double g2 = out.row[i], g3 = out.row[i + 3];

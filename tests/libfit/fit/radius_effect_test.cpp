@@ -16,8 +16,9 @@ namespace {
 constexpr double kOwnBall_m = 0.008, kPressed_m = 0.007;
 constexpr int kInARow = 5;
 
-// Five points in a row, each as a half-space of its own stiffness answers the ball.
-FittedCurves half_spaces() {
+// Five points in a row, each as a half-space of its own stiffness answers the ball, times
+// (d/D)^stiffening.
+FittedCurves half_spaces(double stiffening = 0) {
   FittedCurves out;
   out.position = Points::Zero(kInARow, 3);
   out.normal = Points::Zero(kInARow, 3);
@@ -41,7 +42,7 @@ FittedCurves half_spaces() {
       force_N += 2e4 * (1 + 0.2 * p) *
                  runtime::contact_radius_at(ball, kPressed_m * (i - 0.5) / kPieces) * kPressed_m /
                  kPieces;
-      out.curves.control[0](p, i) = float(force_N);
+      out.curves.control[0](p, i) = float(force_N * std::pow(double(i) / kPieces, stiffening));
     }
   }
   out.curves.first_row_m = 0.0005;
@@ -79,9 +80,9 @@ Samples pressed(const FittedCurves& curves, const Controls& k, const Indenter& t
       const auto force = [&](const runtime::SplineView& view) {
         return runtime::piece_of(view, spot, 0, d, false).force(d);
       };
-      double f = force(met.curves.view[0]);
-      for (int i = 0; i < runtime::kRadiusEffects; ++i)
-        f += k(p, i) * force(met.curves.indenter->by_radius[i]);
+      const double as_deep = force(met.curves.view[0]);
+      const double f = as_deep + k(p, 0) * force(met.curves.indenter->by_radius[0]) +
+                       k(p, 1) * (force(met.curves.indenter->by_radius[1]) - as_deep);
       out.point.push_back(p);
       out.experiment.push_back(p);
       out.kind.push_back(ExperimentKind::other);
@@ -109,10 +110,8 @@ TEST(radius_effect, is_found_again_in_presses_of_a_second_indenter) {
     fit::identify_radius_effect(curves, pressed(curves, k, tool, {0, 2, 4}, 0.003, seed), {tool},
                                 &report);
     const Controls& found = curves.curves.control[runtime::kRadiusEffect];
-    for (int p = 0; p < kInARow; ++p) {  // at a = 0.4 of the widest; one number may stand for both
-      EXPECT_NEAR(found(p, 0) + 0.4 * found(p, 1), 0.12, 0.02)
-          << "seed " << seed << ", point " << p;
-    }
+    for (int p = 0; p < kInARow; ++p)
+      EXPECT_NEAR(found(p, 0), 0.12, 0.02) << "seed " << seed << ", point " << p;
     EXPECT_EQ(report.points, 3U);
     EXPECT_LT(report.left_out.p95, 0.5 * report.theory.p95) << "seed " << seed;
     EXPECT_NE(report.chosen, "theory alone") << "seed " << seed;
@@ -127,9 +126,28 @@ TEST(radius_effect, of_points_that_disagree_is_not_spread) {
   const Indenter tool = runtime::ball_indenter(0.004);
   fit::identify_radius_effect(curves, pressed(curves, k, tool, {0, 2, 4}, 0, 1), {tool}, &report);
   EXPECT_EQ(report.chosen, "theory alone");
-  EXPECT_TRUE(curves.curves.control[runtime::kRadiusEffect].row(1).isZero(0));
+  EXPECT_EQ(curves.curves.control[runtime::kRadiusEffect](1, 0), 0);
   EXPECT_GT(curves.curves.control[runtime::kRadiusEffect](0, 0), 0.05);
   EXPECT_LT(report.fitted.p95, report.theory.p95);
+}
+
+// (M83b), and w that presses of a second indenter tell otherwise.
+TEST(radius_effect, of_a_body_that_stiffens_goes_with_width_unless_presses_tell) {
+  for (const auto& [stiffening, w] : {std::pair{0.2, 1.0}, {-0.2, 0.0}, {0.0, 0.5}}) {
+    FittedCurves curves = half_spaces(stiffening);
+    const FittedCurves plain = curves;
+    fit::identify_radius_effect(curves, Samples(), {});
+    const Controls& found = curves.curves.control[runtime::kRadiusEffect];
+    EXPECT_TRUE(found.col(0).isZero(0));
+    EXPECT_LT((found.col(1).array() - w).abs().maxCoeff(), 0.02) << stiffening;
+    if (stiffening == 0) continue;  // depth and width are one there
+    Controls other = Controls::Zero(kInARow, runtime::kRadiusEffects);
+    other.col(1).setConstant(0.4);
+    const Indenter tool = runtime::ball_indenter(0.004);
+    curves = plain;
+    fit::identify_radius_effect(curves, pressed(curves, other, tool, {0, 2, 4}, 0.003, 1), {tool});
+    EXPECT_LT((curves.curves.control[runtime::kRadiusEffect] - other).cwiseAbs().maxCoeff(), 0.1);
+  }
 }
 
 TEST(radius_effect, of_curves_of_no_ball_is_none) {

@@ -89,14 +89,27 @@ struct KnownBody {
     return s;
   }
 
+  static void add_row(Samples& s, int pass, int step, double time_s) {
+    s.experiment.push_back(pass), s.point.push_back(pass), s.step.push_back(step);
+    s.kind.push_back(ExperimentKind::scan), s.status.push_back(RowStatus::good);
+    s.time_s.conservativeResize(s.time_s.size() + 1);
+    s.time_s[s.time_s.size() - 1] = time_s;
+  }
+
   /// Lines 1 mm apart, to and fro or as a spiral, with a sine of 2 Hz between 0.5 and 4.5 mm of
-  /// depth, or a share of that.
-  Samples scanned(double first_line_m, bool is_spiral = false, double share = 1) const {
+  /// depth, or a share of that. The first pass may come down from 10 mm above.
+  Samples scanned(double first_line_m, bool is_spiral = false, double share = 1,
+                  int rows_in_air = 0) const {
     Samples s;
     std::vector<Vec3> tip;
-    double time_s = 0.25;
+    double time_s = 0.25 - 0.015 * rows_in_air;
     for (int pass = 0; pass < 12; ++pass) {
-      for (int i = 0; i < 140; ++i, time_s += 0.015) {
+      for (int i = pass == 0 ? -rows_in_air : 0; i < 140; ++i, time_s += 0.015) {
+        if (i < 0) {
+          tip.emplace_back(0, first_line_m, -height_m(0, first_line_m) - 1e-2 * i / rows_in_air);
+          add_row(s, pass, i + rows_in_air, time_s);
+          continue;
+        }
         const double along_m = 8e-3 * i / 70, rows = 12 * 140,
                      angle = 12 * std::numbers::pi * std::sqrt((140 * pass + i) / rows),
                      wide_m = angle / (2 * std::numbers::pi) * 1e-3;
@@ -108,10 +121,7 @@ struct KnownBody {
                          share *
                          (2.5e-3 - 2e-3 * std::cos(4 * std::numbers::pi * (time_s - 0.25) + pass));
         tip.emplace_back(x, y, -height_m(x, y) - depth_m);
-        s.experiment.push_back(pass), s.point.push_back(pass), s.step.push_back(i);
-        s.kind.push_back(ExperimentKind::scan), s.status.push_back(RowStatus::good);
-        s.time_s.conservativeResize(s.time_s.size() + 1);
-        s.time_s[s.time_s.size() - 1] = time_s;
+        add_row(s, pass, pass == 0 ? i + rows_in_air : i, time_s);
       }
     }
     s.point_position = Points::Zero(12, 3), s.point_normal = Points::Zero(12, 3);
@@ -165,6 +175,13 @@ TEST_P(Scanned, body_and_recording_come_back) {
   EXPECT_LT(stated_quantile(stiffness_off, 0.5), 0.05);
   EXPECT_LT(stated_quantile(friction_off, 0.5), 0.1);
   EXPECT_LT(stated_quantile(height_off_m, 0.5), 0.15e-3);
+}
+
+TEST(scan, rows_in_the_air_make_no_surface) {
+  const KnownBody truth;
+  const scan::ScanFit fit = scan::identify(truth.scanned(0.5e-3, false, 1, 70));
+  EXPECT_LT(fit.curves.depth_range_m[0], 6.5e-3);  // scanned to 4.5
+  EXPECT_LT(fit.left_out.p95, 0.07);
 }
 
 /// The scan goes to 2.25 mm, six presses without its bias to 5.5.
