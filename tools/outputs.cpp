@@ -22,11 +22,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::string_view kHdf5Magic = "\x89HDF";
-// A format of many programs: ours say in their first bytes that Palpate wrote them.
-constexpr std::string_view kVtuMark = "<VTKFile";
-constexpr std::string_view kForeign = "another program's ";
 constexpr std::string_view kDamagedHdf5 = "damaged HDF5";
-constexpr std::string_view kNamed[] = {"palp", "vtu", "HDF5", kDamagedHdf5};
+constexpr std::string_view kNamed[] = {"palp", "HDF5", kDamagedHdf5};
 
 bool can_be_opened(const fs::path& hdf5) {
   try {
@@ -38,8 +35,8 @@ bool can_be_opened(const fs::path& hdf5) {
 }
 
 std::string in_words(const std::string& kind) {
-  const bool is_named = kind.starts_with("palpate-") || kind.starts_with(kForeign) ||
-                        std::ranges::find(kNamed, kind) != std::end(kNamed);
+  const bool is_named =
+      kind.starts_with("palpate-") || std::ranges::find(kNamed, kind) != std::end(kNamed);
   return is_named ? "holds " + kind : fmt::format("begins with \"{}\"", kind.substr(0, 30));
 }
 
@@ -71,9 +68,6 @@ std::string kind_of_file(const fs::path& path) {
     }
   }
   if (bytes.starts_with("PALP")) return "palp";
-  if (bytes.starts_with(kVtuMark) ||
-      (bytes.starts_with("<?xml") && bytes.find(kVtuMark) != std::string::npos))
-    return (bytes.find("palpate") != std::string::npos ? "" : std::string(kForeign)) + "vtu";
   if (bytes.starts_with("{")) {  // and the keys that follow, however they are laid out
     std::erase_if(bytes, [](char c) { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; });
     return bytes;

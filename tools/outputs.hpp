@@ -7,10 +7,10 @@
 
 namespace palpate::tools {
 
-/// Kind of a file by its first bytes: "palpate-samples" and the other schemas, "palp", "vtu"
-/// ("another program's vtu" where Palpate did not write it), the beginning of JSON without its
-/// blanks ("{"files":12,..."), "HDF5" of another program or "damaged HDF5" that nothing can open,
-/// the header of a table ("t_s,fx_N,..."), "" for an empty or a missing file.
+/// Kind of a file by its first bytes: "palpate-samples" and the other schemas, "palp",
+/// the beginning of JSON without its blanks ("{"files":12,..."), "HDF5" of another program or
+/// "damaged HDF5" that nothing can open, the header of a table ("t_s,fx_N,..."), "" for an empty or
+/// a missing file.
 std::string kind_of_file(const std::filesystem::path& path);
 
 /// Refuses an output that would replace something else: an input of the command, or a file of a

@@ -33,24 +33,13 @@ struct ExportReport {
   std::vector<std::string> remarks;
 };
 
-/// A row of the table of formats. write: never leaves half a file; throws Error on a bad model or
-/// when the file cannot be written.
-struct Exporter {
-  std::string_view name, extension, summary;
-  ExportReport (*write)(const Model& model, const std::filesystem::path& path,
-                        const ExportOptions& options);
-};
-
-/// The row whose extension a file's name has. Throws Error listing the extensions when none has it.
-const Exporter& exporter_of_file(const std::filesystem::path& path);
-
 /// Throws Error where the arrays of a model differ in size.
 void check_sizes(const Model& model);
 
+/// Writes a model as an asset, and the engine beside it where that is asked for; never leaves half
+/// a file. Throws Error on a bad model, or when the file cannot be written.
 ExportReport export_palp(const Model& model, const std::filesystem::path& path,
                          const ExportOptions& options);
-ExportReport export_vtu(const Model& model, const std::filesystem::path& path,
-                        const ExportOptions& options);
 
 /// A file of libfit/runtime, kept inside this library so that an export needs no source tree.
 struct EngineFile {
@@ -64,11 +53,5 @@ std::span<const EngineFile> engine_files();
 /// those of these names where `folder` holds no engine: Error.
 /// Throws Error when the folder or a file cannot be written.
 void write_engine_folder(const std::filesystem::path& folder);
-
-/// Every format a model can be exported to.
-inline constexpr Exporter kExporters[] = {
-    {"palp", ".palp", "runtime asset for the haptic engine", export_palp},
-    {"vtu", ".vtu", "surface with forces, stiffness and friction for ParaView", export_vtu},
-};
 
 }  // namespace palpate

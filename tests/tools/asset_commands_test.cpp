@@ -115,14 +115,6 @@ TEST_F(AssetCommands, curves_of_another_body_are_no_model) {
   EXPECT_FALSE(std::filesystem::exists(path("m.h5")));
 }
 
-TEST_F(AssetCommands, export_writes_the_format_that_the_name_says) {
-  for (const auto& [name, begins] : {std::pair{"a.palp", "PALP"}, std::pair{"a.vtu", "<?xml"}}) {
-    const Outcome outcome = palpate(*folder_, "export out/model.h5 -o " + path(name));
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_TRUE(content_of(path(name)).starts_with(begins)) << name;
-  }
-}
-
 TEST_F(AssetCommands, an_export_is_scaled_to_a_recorded_press) {
   const auto force_N = [](const std::string& asset) {
     const Outcome outcome = palpate(*folder_, "replay " + asset + " press.csv -o f.csv");
@@ -185,8 +177,7 @@ TEST_F(AssetCommands, an_asset_moves_a_mesh_of_the_users_own) {
                   "far.obj: vertex 1, taken in mm, is 100 mm from the surface of the body"},
         {"out/asset.palp --visual empty.obj -o no.palp", "empty.obj"},
         {"out/asset.palp --visual none.obj -o no.palp", "none.obj"},
-        {"out/asset.palp --visual mine.obj --friction 0.2 -o no.palp", "takes --visual alone"},
-        {"out/model.h5 --visual mine.obj -o no.vtu", "--visual: says nothing of a vtu"}}) {
+        {"out/asset.palp --visual mine.obj --friction 0.2 -o no.palp", "takes --visual alone"}}) {
     const Outcome refused = palpate(*folder_, std::string("export ") + words);
     EXPECT_EQ(refused.status, 1) << words;
     EXPECT_TRUE(holds(refused.err, says)) << refused.err;

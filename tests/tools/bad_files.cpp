@@ -12,7 +12,7 @@ std::vector<BadInputRow> bad_files() {
       {"a family of curves that is none", "fit out/samples.h5 -o c.h5 --family ring"},
       {"samples where a body belongs", "refine out/curves.h5 --body out/samples.h5 -o m.h5"},
       {"curves where a model belongs", "export out/curves.h5 -o a.palp"},
-      {"a name of no format", "export out/model.h5 -o a.obj"},
+      {"a name of no asset", "export out/model.h5 -o a.obj"},
       {"an asset that is missing", "replay none.palp path.csv -o f.csv"},
       {"an asset cut in the middle", "replay cut.palp path.csv -o f.csv"},
       {"an asset with one byte changed", "replay changed.palp path.csv -o f.csv"},

@@ -24,7 +24,7 @@ using namespace testing_support;
 class Run : public BlockRun {};
 
 const char* const kFiles[] = {"body.h5",  "samples.h5", "samples.surface.h5", "curves.h5",
-                              "model.h5", "asset.palp", "stiffness.vtu",      "validation.csv"};
+                              "model.h5", "asset.palp", "validation.csv"};
 
 // Its console once had ninety lines.
 TEST_F(Run, makes_everything_once_in_six_lines_then_only_what_changed) {

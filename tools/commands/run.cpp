@@ -24,7 +24,6 @@ constexpr NamedOutput kFiles[] = {
     {"curves.h5", kCurvesSchema.name},
     {"model.h5", kModelSchema.name},
     {"asset.palp", "palp"},
-    {"stiffness.vtu", "vtu"},
     {"reference.h5", kSamplesSchema.name},
     {"validation.csv", "point,path,step"},
     {"statement.json", "{\"force_error\":"},

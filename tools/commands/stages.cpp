@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "libfit/assets/asset_file.hpp"
-#include "libfit/assets/exporters.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/stated_error.hpp"
 #include "libfit/core/units.hpp"
@@ -180,9 +179,7 @@ class Export final : public Command {
  public:
   explicit Export(Arguments& arguments) {
     arguments.positional("model", model_, "Model to export, model.h5; with --visual also an asset");
-    arguments.output("-o,--output", output_,
-                     "File to write, in the format of its name: asset.palp or .vtu",
-                     {"palp", "vtu"});
+    arguments.output("-o,--output", output_, "asset.palp to write", {"palp"});
     arguments.option("--engine DIR", engine_, "Folder to copy the engine and its example into");
     arguments.option("--scene", scene_, "scene.toml whose [tool] is taken, as run takes it");
     arguments.option("--scale-stiffness FACTOR", stiffness_,
@@ -202,12 +199,11 @@ class Export final : public Command {
   }
 
   int run(Reply& reply) override {
-    const std::string format(exporter_of_file(output_).name);
+    if (std::filesystem::path(output_).extension() != ".palp")
+      throw Error(output_, "is no name of an asset, which is what export writes",
+                  "Let it end in .palp.");
     Pipeline stage{.files = {.model = model_, .asset = output_, .engine = engine_}};
     if (!scene_.empty()) stage.scene = open_scene(scene_);
-    for (const auto& [option, value] : {std::pair{"--engine", engine_}, {"--visual", visual_}})
-      if (!value.empty() && format != "palp")
-        throw Error(option, "says nothing of a " + format, "Leave it out, or export palp.");
     if (visual_.empty() && !unit_.empty())
       throw Error("--unit", "is of a mesh", "Give --visual, too.");
     if (is_asset_file(model_)) return add_visual(model_, reply);
@@ -321,9 +317,8 @@ const CommandRow kImportCommand{"import", "Turn the recordings that a manifest n
 const CommandRow kRefineCommand{
     "refine", "Interpolate the curves onto every vertex of the fine surface", declared<Refine>,
     "Stages of a run", "refine curves.h5 --body body.h5 -o model.h5"};
-const CommandRow kExportCommand{"export", "Write a model as a runtime asset or in another format",
-                                declared<Export>, "Stages of a run",
-                                "export model.h5 -o asset.palp --engine engine"};
+const CommandRow kExportCommand{"export", "Write a model as a runtime asset", declared<Export>,
+                                "Stages of a run", "export model.h5 -o asset.palp --engine engine"};
 const CommandRow kSurfaceCommand{"surface", "Make a surface from where recordings touched the body",
                                  declared<SurfaceCommand>, "Recordings",
                                  "surface samples.h5 -o body.obj"};

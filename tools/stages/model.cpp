@@ -253,7 +253,7 @@ ExportReport export_model(const Model& model, const std::filesystem::path& outpu
   options.has_mean_elsewhere = true;
   options.meta_json = meta.dump();
   options.engine_dir = request.engine;
-  const ExportReport report = exporter_of_file(output).write(model, output, options);
+  const ExportReport report = export_palp(model, output, options);
   for (const std::string& remark : report.remarks) say("  {}", remark);
   say("  {}: {} bytes, {} vertices, {} triangles", output.string(), report.bytes, report.vertices,
       report.triangles);

@@ -156,14 +156,11 @@ std::string wanted_asset(const Pipeline& p) {
   return hash.hex();
 }
 std::optional<std::string> stored_asset(const Pipeline& p) {
-  return fs::exists(p.files.picture) && fs::is_directory(p.files.engine)
-             ? stored_in_json(p.files.asset)
-             : std::nullopt;
+  return fs::is_directory(p.files.engine) ? stored_in_json(p.files.asset) : std::nullopt;
 }
 void make_asset(Pipeline& p, const std::string& fingerprint) {
   Model model = read_model(p.files.model);
   change_model(model, p.changes);
-  if (!p.files.picture.empty()) export_model(model, p.files.picture, {});
   const ExportRequest request{
       .fingerprint = fingerprint,
       .engine = p.files.engine,
@@ -233,7 +230,6 @@ StageFiles files_in(const fs::path& folder) {
           .model = folder / "model.h5",
           .asset = folder / "asset.palp",
           .statement = folder / "statement.json",
-          .picture = folder / "stiffness.vtu",
           .engine = folder / "engine",
           .rows = folder / "validation.csv",
           .reference = folder};

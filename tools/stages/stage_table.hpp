@@ -21,7 +21,6 @@ namespace palpate::tools {
 struct StageFiles {
   std::filesystem::path body = {}, samples = {}, curves = {}, model = {}, asset = {},
                         statement = {};
-  std::filesystem::path picture = {};    ///< stiffness on the surface, of export
   std::filesystem::path engine = {};     ///< folder that export copies the engine into
   std::filesystem::path rows = {};       ///< rows that validate compares
   std::filesystem::path reference = {};  ///< folder that keeps what validate simulates
