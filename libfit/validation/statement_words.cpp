@@ -206,7 +206,8 @@ std::string verdict(const Statement& s) {
   if (!std::isnan(there.p95))
     words += fmt::format(", in slides where stiffness changes most to {}", percent(there.p95));
   if (!std::isnan(s.all.handle.p95_rel))
-    words += fmt::format(", torque at the handle to {}", percent(s.all.handle.p95_rel));
+    words +=
+        fmt::format(", torque at the handle (not graded) to {}", percent(s.all.handle.p95_rel));
   if (s.shape.rows > 0 && !std::isnan(s.shape.near.p95_m))
     words += fmt::format(", the surface near the tool to {:.2g} mm", 1e3 * s.shape.near.p95_m);
   if (s.slip_onset.paths > 0)
