@@ -44,6 +44,13 @@ TEST(new_scene, of_a_block_rests_on_one_broad_side_and_is_pressed_on_the_other) 
   EXPECT_GT(window.radius_m, 3 * scene.experiments.each.depth_m);
 }
 
+TEST(new_scene, writes_0_for_what_is_0_within_rounding) {
+  Surface centred = block(8);
+  centred.vertices.leftCols(2).array() -= 40 * (1 + 1e-13);
+  EXPECT_TRUE(
+      holds(propose_scene("block.off", centred, {}).text, "center = [\"0 mm\", \"0 mm\", "));
+}
+
 TEST(new_scene, takes_the_choices_it_is_given) {
   const ProposedScene proposed =
       propose_scene("block.off", block(24), {.unit = "cm", .tissue = "spleen", .held = "+z"});
@@ -104,6 +111,9 @@ TEST(new_scene, says_in_its_first_line_which_tissue_it_took) {
             "# tissue: liver (5.4 kPa), since neither --tissue nor the name block.off says which");
   ASSERT_FALSE(unknown.warnings.empty());
   EXPECT_EQ("# " + unknown.warnings[0], first_line(unknown));
+  EXPECT_EQ(first_line(propose_scene("bladder.stl", block(24), {})),
+            "# tissue: liver (5.4 kPa), as for anything that the table of tissues does not have, "
+            "and it has no bladder: --tissue gives another");
   const ProposedScene filled = propose_scene("hepatic_artery.stl", block(24), {});
   ASSERT_FALSE(filled.warnings.empty());
   EXPECT_TRUE(holds(filled.warnings[0], "the whole mesh is filled with it"));

@@ -37,6 +37,11 @@ Mended mended(const Surface& surface, const std::string& mesh, bool may_move, do
   }
 }
 
+// In millimetres; 0 where it is that within the rounding of a body of some size.
+double in_mm_of(double length_m, double size_m) {
+  return std::abs(length_m) < 1e-9 * size_m ? 0.0 : 1e3 * length_m;
+}
+
 // A tissue, and the sentence that says where it comes from.
 struct ChosenTissue {
   const Tissue& tissue;
@@ -56,9 +61,15 @@ ChosenTissue choose_tissue(const std::string& asked, const std::filesystem::path
   if (!asked.empty()) return chosen(find_tissue(asked, "--tissue"), "as asked for", false);
   const std::string file = mesh.filename().string();
   const Tissue* meant = tissue_of_name(mesh.stem().string());
+  const HollowOrgan* organ = hollow_organ_of_name(mesh.stem().string());
   if (meant == nullptr)
     return chosen(find_tissue(kUnnamedTissue, "--tissue"),
-                  fmt::format("since neither --tissue nor the name {} says which", file), true);
+                  organ == nullptr
+                      ? fmt::format("since neither --tissue nor the name {} says which", file)
+                      : fmt::format("as for anything that the table of tissues does not have, and "
+                                    "it has no {}: --tissue gives another",
+                                    organ->name),
+                  true);
   if (meant->name.ends_with("-wall") && !has_lumen)
     return chosen(
         *meant,
@@ -155,11 +166,12 @@ std::string groups_text(const std::vector<MeshGroup>& groups) {
 std::string body_text(const ProposedBody& body, const ChosenTissue& chosen, const Window& window,
                       const SceneChoices& choices) {
   const std::string marked = held_group(choices);
+  const double size_m = body.facts.extent_m.maxCoeff();
   const std::string held = !marked.empty()
                                ? fmt::format("group = {}", quoted(marked))
                                : fmt::format("{} = {{ axis = \"{}\", at = \"{:.4g} mm\" }}",
                                              window.sign < 0 ? "below" : "above",
-                                             "xyz"[window.axis], 1e3 * window.held_m);
+                                             "xyz"[window.axis], in_mm_of(window.held_m, size_m));
   // Springs stand for some 20 mm of tissue that is softer than the organ. A clamped quarter of a
   // liver of 181 mm makes it sway by 2 of 10 mm; on this bed its statement is off by 3.2 % (p95).
   const std::string rest =
@@ -208,6 +220,7 @@ std::string body_text(const ProposedBody& body, const ChosenTissue& chosen, cons
 
 std::string experiments_text(const Window& window, const ProposedBall& ball, const Tissue& tissue) {
   const double radius_mm = 1e3 * window.radius_m, probe_mm = 1e3 * ball.radius_m;
+  const auto middle = [&](int axis) { return in_mm_of(window.centre[axis], window.radius_m); };
   return fmt::format(
       "\n[probe]                         # the tool's tip\n"
       "shape = \"sphere\"\n"
@@ -232,9 +245,8 @@ std::string experiments_text(const Window& window, const ProposedBall& ball, con
       "{}young_deviation = {:.2g}          # of people, over the value: how far this body may be "
       "from it\n"
       "friction_deviation = 0.4        # likewise, of 0.02 to 0.3\n",
-      probe_mm, 1e3 * window.centre[0], 1e3 * window.centre[1], 1e3 * window.centre[2], radius_mm,
-      probe_mm, 0.4 * probe_mm, 0.85 * probe_mm, 0.8 * probe_mm,
-      tissue.deviation_Pa > 0 ? "" : "# ",
+      probe_mm, middle(0), middle(1), middle(2), radius_mm, probe_mm, 0.4 * probe_mm,
+      0.85 * probe_mm, 0.8 * probe_mm, tissue.deviation_Pa > 0 ? "" : "# ",
       tissue.deviation_Pa > 0 ? tissue.deviation_Pa / tissue.young_Pa : 0.3);
 }
 
