@@ -1,14 +1,35 @@
 /* A mesh of your own, moved with the surface: visual ASSET.palp MESH.obj MOVED.obj, after
  * `palpate export asset.palp --visual MESH.obj -o ASSET.palp`. The ball of the curves presses 4 mm
- * into the body from above. MOVED.obj has the `v` lines as the body then is, in metres, and every
- * other line, texture and all, as it was. With out/engine of a run, in C99:
- *   g++ -std=c++17 -O2 -ffp-contract=off -c engine/palpate.cpp
- *   gcc -std=c99 -Iengine visual.c palpate.o -lm -o visual */
+ * into the middle of what was measured. MOVED.obj has the `v` lines as the body then is, in metres,
+ * and every other line, texture and all, as it was. With out/engine of a run, in C99: g++
+ * -std=c++17 -O2 -ffp-contract=off -c engine/palpate.cpp gcc -std=c99 -Iengine visual.c palpate.o
+ * -lm -o visual */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "palpate.h"
+
+/* The measured vertex that is nearest to the middle of all of them. */
+static int32_t middle_vertex(const palpate_mesh* mesh) {
+  double middle_m[3] = {0, 0, 0}, least = 1e30;
+  int32_t v, k, measured = 0, best = 0;
+  for (v = 0; v < mesh->vertices; ++v) {
+    if (mesh->covered[v] != 1) continue;
+    ++measured;
+    for (k = 0; k < 3; ++k) middle_m[k] += mesh->vertex_m[3 * v + k];
+  }
+  for (v = 0; v < mesh->vertices; ++v) {
+    double squared = 0;
+    if (mesh->covered[v] != 1) continue;
+    for (k = 0; k < 3; ++k) {
+      const double off_m = mesh->vertex_m[3 * v + k] - middle_m[k] / measured;
+      squared += off_m * off_m;
+    }
+    if (squared < least) least = squared, best = v;
+  }
+  return best;
+}
 
 int main(int argc, char** argv) {
   const size_t room = (size_t)1 << 28;
@@ -25,6 +46,11 @@ int main(int argc, char** argv) {
   if (!info.has_shape || info.visual_vertices == 0)
     return fprintf(stderr, "the asset moves no mesh of yours: palpate export --visual\n"), 1;
 
+  palpate_mesh surface;
+  palpate_read_mesh(&asset, &surface);
+  const int32_t middle = middle_vertex(&surface);
+  const float* inward = surface.inward_normal + 3 * middle;
+
   palpate_contact contact;
   palpate_tool ball = palpate_ball(info.probe_radius_m);
   palpate_start(&contact, &ball);
@@ -32,9 +58,10 @@ int main(int argc, char** argv) {
   for (int tick = 0; tick < 4000; ++tick) {
     palpate_output out;
     const double down_m = 1e-5 * tick;
-    palpate_input in = palpate_input_at(0.5 * (info.box_min_m[0] + info.box_max_m[0]),
-                                        0.5 * (info.box_min_m[1] + info.box_max_m[1]),
-                                        info.box_max_m[2] + info.probe_radius_m - down_m, 0.001);
+    palpate_input in = palpate_input_at(0, 0, 0, 0.001);
+    for (int k = 0; k < 3; ++k)
+      in.tool.position_m[k] = surface.origin_m[k] + surface.vertex_m[3 * middle + k] +
+                              (down_m - 0.006 - info.probe_radius_m) * inward[k];
     palpate_tick(&asset, &contact, 1, &in, &out);
     if (out.events & PALPATE_TOUCHED) touched_m = down_m;
     if (touched_m > 0 && down_m >= touched_m + 0.004) break;

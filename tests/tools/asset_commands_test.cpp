@@ -151,6 +151,13 @@ TEST_F(AssetCommands, an_export_is_scaled_to_a_recorded_press) {
   }
 }
 
+// It pressed from +z on the middle of the box, beside this window, and printed zeros.
+TEST_F(AssetCommands, the_example_in_c_presses_where_curves_were_measured) {
+  const std::string out = path("loop.txt");
+  ASSERT_EQ(std::system((PALPATE_LOOP " " + path("out/asset.palp") + " > " + out).c_str()), 0);
+  EXPECT_TRUE(holds(content_of(out), "stick"));
+}
+
 // The block is 80 x 80 x 30 mm; its top is z 30.
 TEST_F(AssetCommands, an_asset_moves_a_mesh_of_the_users_own) {
   std::ofstream(path("mine.obj")) << "v 10 10 31\nvt 0 0\nv 0 0 0\nv 80 80 30\nv 40 40 29.5\n";
