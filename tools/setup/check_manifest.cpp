@@ -31,11 +31,10 @@ Deepest deepest(const Conditioned& r) {
 
 std::string line_of(const std::string& shown, std::string_view kind, const Conditioned& r) {
   const Deepest at = deepest(r);
-  return fmt::format("{}: {}, {}{}, {} N at {} mm, contact {} +- {} mm ({}), {}{}{}\n", shown,
-                     r.source.format, kind, is_creep(r.history) ? " with creep (force held)" : "",
-                     number(at.force_N), number(1e3 * at.depth_m), number(1e3 * r.contact.travel_m),
-                     number(1e3 * r.contact.deviation_m, 2), r.contact.estimator,
-                     kRecordingGradeNames[static_cast<std::size_t>(r.grade)],
+  return fmt::format("{}: {}, {}, {} N at {} mm, contact {} +- {} mm ({}), {}{}{}\n", shown,
+                     r.source.format, kind, number(at.force_N), number(1e3 * at.depth_m),
+                     number(1e3 * r.contact.travel_m), number(1e3 * r.contact.deviation_m, 2),
+                     r.contact.estimator, kRecordingGradeNames[static_cast<std::size_t>(r.grade)],
                      r.reasons.empty() ? "" : ": ", listed(r.reasons, "; "));
 }
 
@@ -46,7 +45,6 @@ nlohmann::ordered_json json_of(const std::string& shown, std::string_view kind,
           {"format", r.source.format},
           {"taken", r.source.taken},
           {"kind", kind},
-          {"is_creep", is_creep(r.history)},
           {"depth_m", at.depth_m},
           {"force_N", at.force_N},
           {"contact_m", r.contact.travel_m},

@@ -23,7 +23,6 @@ struct BodyRelaxation {
   };
   std::vector<Used> recordings;
   bool has_holds = false;  ///< else several rates alone
-  int creeping = 0;        ///< recordings whose force is held while the tool sinks
   /// Why rows in time would be worse than a mean of repeats: a phrase each.
   std::vector<std::string> doubts;
   bool is_applied = false;  ///< else proposed alone: samples do not have it

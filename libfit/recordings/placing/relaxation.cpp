@@ -87,7 +87,7 @@ std::vector<Members> presses_in_time(const std::vector<Members>& points, bool& h
       if (!usable(m)) continue;
       point.member.push_back(m);
       const TimedPress& history = m->recording->history;
-      held = std::max({held, held_share(history), is_creep(history) ? kMinHeld : 0});
+      held = std::max(held, held_share(history));
       const double speed = m->recording->speed_m_s;
       if (speed > 0) slowest = std::min(slowest, speed), fastest = std::max(fastest, speed);
     }
@@ -129,10 +129,7 @@ std::optional<BodyRelaxation> relaxation_of(const std::vector<Members>& all) {
   for (std::size_t p = 0; p < points.size(); ++p) {
     bool has_hold = false;
     for (const PlacedRecording* m : points[p]) {
-      const TimedPress& history = m->recording->history;
-      const bool is_creeping = is_creep(history);
-      has_hold |= is_creeping || held_share(history) >= kMinHeld;
-      out.creeping += is_creeping;
+      has_hold |= held_share(m->recording->history) >= kMinHeld;
       out.recordings.push_back({shown(*m), m->point});
     }
     if (has_hold) held.push_back(p);
@@ -150,10 +147,7 @@ std::vector<std::string> relaxation_notes(const BodyRelaxation& found) {
   std::vector<std::string> notes;
   const std::string by =
       counted(static_cast<std::int64_t>(found.recordings.size()), "recording", "recordings") +
-      (found.has_holds ? " with holds" : " at several rates") +
-      (found.creeping > 0
-           ? fmt::format(" (creep: {} whose force is held while the tool sinks)", found.creeping)
-           : "");
+      (found.has_holds ? " with holds" : " at several rates");
   const Eigen::Index branches = fit.relaxation.branches();
   if (branches == 0) {
     notes.push_back(fmt::format(

@@ -211,9 +211,4 @@ double touch_time_s(const Eigen::VectorXd& time_s, const Eigen::VectorXd& depth_
 /// the way there.
 double held_share(const TimedPress& press);
 
-/// True if the force is held while the tool sinks (creep): for a tenth of the time or longer the
-/// force is within 10 % of its largest. From the first third of that time to the last its mean
-/// moves by less than 3 % and the depth grows by more than 2 %, slower than half the speed before.
-bool is_creep(const TimedPress& press);
-
 }  // namespace palpate::recordings

@@ -8,7 +8,6 @@ namespace {
 
 constexpr Eigen::Index kMaxRows = 400;
 constexpr double kParts = 40;  // of depth, force and time that a row may span
-constexpr Eigen::Index kMinCreepRows = 6;
 
 // Rows where the way of the tool over time bends by more than tolerance_m (Ramer, Douglas and
 // Peucker), first and last included.
@@ -117,23 +116,6 @@ std::vector<RowRange> parts_of(const Readings& r, double noise_N) {
   return parts;
 }
 
-// Means over the first and the last third of a time, by the readings of each row.
-struct ThirdMeans {
-  double first = 0, last = 0;
-};
-ThirdMeans means_of_thirds(const TimedPress& p, const Eigen::VectorXd& of, Eigen::Index begin,
-                           Eigen::Index end) {
-  const double third_s = (p.time_s[end - 1] - p.time_s[begin]) / 3;
-  const auto mean = [&](double from_s) {
-    double sum = 0, count = 0;
-    for (Eigen::Index i = begin; i < end; ++i)
-      if (p.time_s[i] >= from_s && p.time_s[i] <= from_s + third_s)
-        sum += p.readings[i] * of[i], count += p.readings[i];
-    return sum / count;  // NaN where no row lies
-  };
-  return {mean(p.time_s[begin]), mean(p.time_s[end - 1] - third_s)};
-}
-
 }  // namespace
 
 double touch_time_s(const Eigen::VectorXd& time_s, const Eigen::VectorXd& depth_m,
@@ -201,29 +183,6 @@ double held_share(const TimedPress& press) {
     if (std::abs(gone_m) < 0.1 * speed * dt) held_s += dt;
   });
   return all_s > 0 ? held_s / all_s : 0;
-}
-
-bool is_creep(const TimedPress& press) {
-  if (press.rows() < kMinCreepRows) return false;
-  const double most_N = press.push_N.maxCoeff();
-  const auto is_near = [&](Eigen::Index i) {
-    return press.readings[i] > 0 && press.push_N[i] > (1 - 0.1) * most_N;
-  };
-  Eigen::Index begin = 0, end = press.rows();
-  while (begin < end && !is_near(begin)) ++begin;
-  while (end > begin && !is_near(end - 1)) --end;
-  if (end - begin < kMinCreepRows) return false;
-  const double all_s = press.time_s[press.rows() - 1] - press.time_s[0];
-  const double held_s = press.time_s[end - 1] - press.time_s[begin],
-               sunk_m = press.depth_m[end - 1] - press.depth_m[begin];
-  // A body that yields at a force sinks as fast as before, and loading moves the force by more.
-  if (!(held_s > 0.1 * all_s) ||
-      !(sunk_m * press.time_s[begin] < 0.5 * press.depth_m[begin] * held_s))
-    return false;
-  const ThirdMeans force = means_of_thirds(press, press.push_N, begin, end),
-                   depth = means_of_thirds(press, press.depth_m, begin, end);
-  return std::abs(force.last - force.first) < 0.03 * most_N &&
-         depth.last - depth.first > 0.02 * press.depth_m.maxCoeff();
 }
 
 }  // namespace palpate::recordings
