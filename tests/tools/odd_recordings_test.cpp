@@ -226,7 +226,8 @@ TEST(OddRecordings, positions_and_forces_of_two_rates_on_one_clock_are_read_at_t
   EXPECT_TRUE(holds(timeless.said.err, "no time says how they belong"));
 }
 
-TEST(OddRecordings, a_filter_that_moves_the_curve_is_refused_and_one_that_does_not_is_in_its_band) {
+TEST(OddRecordings,
+     a_filter_that_is_too_long_is_refused_and_the_longest_that_is_not_moves_no_contact) {
   const Folder folder;
   folder.write("a.csv", table("t_s,z_mm,F_N", "{:.2f},{:.5f},{:.6f}"));
   const Checked strong = check(folder, manifest("a.csv", "smooth = \"0.5 s\"", kPlaced));
