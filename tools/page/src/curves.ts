@@ -3,7 +3,7 @@
 import { seriesColour } from "./colours";
 import { across, type Contents, dot, type Experiment, experimentsOf, floats, type Row, vector } from "./contents";
 import { choice, figure, html, section } from "./dom";
-import { axisOf, errorPlot, flatten, plot, type Series } from "./plot";
+import { axisOf, flatten, plot, type Series } from "./plot";
 import { plain, quantity } from "./words";
 
 /** Samples of the test points, read once. */
@@ -117,26 +117,6 @@ class Curves {
     );
   }
 
-  /** Residual of the fitted law at each good row, beside the just noticeable difference. */
-  private residualPlot(point: number): SVGSVGElement {
-    const u = vector(this.normal, point);
-    const press: Series = { kind: "dots", look: "sample", x: [], y: [], titles: [] };
-    const drag: Series = { kind: "dots", colour: seriesColour(1), x: [], y: [], titles: [] };
-    for (const e of this.experiments[point])
-      for (const row of e.rows) {
-        if (row.status !== "good" || !row.fitted.every(Number.isFinite)) continue;
-        const size = Math.hypot(...row.force);
-        const residual_N = Math.hypot(...row.force.map((v, k) => v - row.fitted[k]));
-        const into = e.isPress ? press : drag;
-        into.x.push(size);
-        into.y.push(residual_N);
-        into.titles?.push(
-          `${quantity(dot(row.deflection, u), "m")} deep, ${quantity(size, "N")}: off by ${quantity(residual_N, "N")}`,
-        );
-      }
-    return errorPlot("Residual of each row over its force", "force", "residual", this.contents.jnd, [press, drag]);
-  }
-
   /** Curves beside the normal one: lateral force, limit. */
   private otherPlot(kind: number, point: number): SVGSVGElement {
     const name = this.curve[kind].name;
@@ -166,7 +146,6 @@ class Curves {
     ];
     if (this.hasDrags(point))
       pictures.push(figure("Dragging: rows, and lines of the fitted law", this.dragPlot(point)));
-    if (hasRows) pictures.push(figure("Residuals: those in the shaded area cannot be felt", this.residualPlot(point)));
     this.curve.forEach((c, kind) => {
       if (kind > 0)
         pictures.push(

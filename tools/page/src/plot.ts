@@ -1,6 +1,6 @@
 // Small plots as SVG, so that they print, scale and follow the colour scheme.
 
-import { type Contents, largest } from "./contents";
+import { largest } from "./contents";
 import { svg } from "./dom";
 import { scaleFor, tickLabel, ticks } from "./words";
 
@@ -109,30 +109,4 @@ export function plot(title: string, x: Axis, y: Axis, series: Series[], height =
     }
   }
   return root;
-}
-
-/** Errors over forces [N], as dots, with those below the just noticeable difference shaded. Labels without unit. */
-export function errorPlot(
-  title: string,
-  forceLabel: string,
-  errorLabel: string,
-  { floor_N, share }: Contents["jnd"],
-  dots: Series[],
-): SVGSVGElement {
-  const most = 1.04 * (largest(flatten(dots, "x")) || 1);
-  const at = [0, Math.min(floor_N / share, most), most];
-  const limit = at.map((force) => Math.max(floor_N, share * force));
-  const errors = largest(flatten(dots, "y"));
-  const isNoticeable = most > floor_N; // of a microscope nothing is, and the limit would hide the errors
-  const highest = 1.05 * ((isNoticeable ? largest([...limit, errors]) : errors) || 1);
-  const axis = (label: string, max: number) => axisOf(label, "N", [max], { min: 0, max });
-  return plot(title, axis(forceLabel, most), axis(errorLabel, highest), [
-    ...(isNoticeable
-      ? [
-          { kind: "band" as const, look: "unfelt", x: at, y: limit, y2: [0, 0, 0] },
-          { kind: "line" as const, look: "jnd", x: at, y: limit },
-        ]
-      : []),
-    ...dots,
-  ]);
 }

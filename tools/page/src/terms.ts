@@ -16,8 +16,6 @@ const kTerms = {
   "held-out points": "Places where the body was pressed only to compare: no curve was fitted to them.",
   accuracy:
     "The engine's force against fresh experiments, at places and on paths that no curve was fitted to. The 95th percentile is exceeded in one row of 20.",
-  "just noticeable":
-    "The least difference of a force that a person notices: 7 % of it, 10 % while the contact slides, and 40 mN at least; of its direction 26 degrees.",
   "set-up":
     "What the simulation was given: nodes that are held, the coarse mesh of the body, the window that is pressed, inclusions.",
 } as const;
