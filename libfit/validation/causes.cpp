@@ -146,41 +146,6 @@ SubstitutedAsset SubstitutedAsset::with_mean_response(const runtime::AssetView& 
   return out;
 }
 
-SubstitutedAsset SubstitutedAsset::with_nearest_point(const runtime::AssetView& asset,
-                                                      const CurveSet& curves, const Model& model) {
-  SubstitutedAsset out(asset);
-  const auto stride = static_cast<std::size_t>(asset.controls_per_vertex);
-  for (int v = 0; v < asset.vertices; ++v) {
-    if (!answers(asset, v)) continue;
-    Eigen::Index strongest = 0;
-    model.blend_weight.row(v).maxCoeff(&strongest);
-    const std::vector<float> values = row_of(curves, model.blend_point(v, strongest));
-    std::copy(
-        values.begin(), values.end(),
-        out.control_.begin() + static_cast<std::ptrdiff_t>(std::size_t(asset.record[v]) * stride));
-  }
-  return out;
-}
-
-SubstitutedAsset SubstitutedAsset::linear(const runtime::AssetView& asset, double at_m) {
-  SubstitutedAsset out(asset);
-  const auto stride = static_cast<std::size_t>(asset.controls_per_vertex);
-  const auto parts = parts_of(static_cast<CurveFamily>(asset.curves.family));
-  for (std::size_t part = 0; part < parts.size(); ++part) {
-    const CurveBasis basis = basis_of(asset, static_cast<int>(part));
-    if (basis.knots_m.empty()) continue;
-    for (int r = 0; r < asset.records; ++r) {
-      float* control = out.control_.data() + std::size_t(r) * stride + asset.control_offset[part];
-      const std::vector<double> values(control, control + basis.size());
-      const double slope =
-          runtime::curve_value(asset.curves.view[part], values.data(), at_m) / at_m;
-      for (int j = 0; j < basis.size(); ++j)
-        control[j] = static_cast<float>(slope * greville_m(basis, j));
-    }
-  }
-  return out;
-}
-
 std::vector<StatedError> error_causes(const runtime::AssetView& asset, const Reference& reference,
                                       const Replayed& engine, double depth_m, int jobs) {
   const FittedCurves own = own_curves(asset, reference.own, 1, jobs);
@@ -216,20 +181,14 @@ std::vector<StatedError> error_causes(const runtime::AssetView& asset, const Ref
 }
 
 std::vector<StatedError> baseline_errors(const runtime::AssetView& asset,
-                                         const Reference& reference, double depth_m, double first_m,
-                                         const FittedCurves* curves, const Model* model) {
+                                         const Reference& reference, double depth_m) {
   std::vector<StatedError> baselines;
   const ErrorFloors floors{relative_floor_N(reference.paths)};
   const auto add = [&](const char* name, const runtime::AssetView& simpler) {
     const Replayed replayed = follow(simpler, reference.paths, depth_m);
     baselines.push_back(stated_error(name, compare(reference.paths, replayed), floors));
   };
-  const bool belongs = curves && model && model->surface.vertices.rows() == asset.vertices;
-  if (belongs)
-    add("nearest_point",
-        SubstitutedAsset::with_nearest_point(asset, curves->curves, *model).view());
   add("one_response", SubstitutedAsset::with_mean_response(asset).view());
-  add("linear", SubstitutedAsset::linear(asset, first_m).view());
   if (asset.damage.softens()) {
     runtime::AssetView undamaged = asset;
     undamaged.damage = {};

@@ -21,11 +21,9 @@ std::vector<StatedError> error_causes(const runtime::AssetView& asset, const Ref
                                       const Replayed& engine, double depth_m, int jobs);
 
 /// The same paths with something simpler in place of the asset's curves, each with its whole
-/// error: nearest_point (no interpolation; only with curves and model),
-/// one_response (the mean curve everywhere), linear (slope at the first row of a press, first_m).
+/// error: one_response (the mean curve everywhere), undamaged (of an asset that softens).
 std::vector<StatedError> baseline_errors(const runtime::AssetView& asset,
-                                         const Reference& reference, double depth_m, double first_m,
-                                         const FittedCurves* curves, const Model* model);
+                                         const Reference& reference, double depth_m);
 
 /// An asset with something else in place of its curves or numbers, for comparisons: same surface,
 /// same engine. Views into the asset it was made from, which must outlive it.
@@ -38,13 +36,6 @@ class SubstitutedAsset {
                                             Eigen::Index row);
   /// Every covered vertex answers with the mean response of all covered ones.
   static SubstitutedAsset with_mean_response(const runtime::AssetView& asset);
-  /// Every covered vertex answers with the row of `curves` (on the asset's bases) that weighs most
-  /// in its blend: no interpolation.
-  static SubstitutedAsset with_nearest_point(const runtime::AssetView& asset,
-                                             const CurveSet& curves, const Model& model);
-  /// Each curve is the straight line through 0 and its value at at_m: a linear response computed
-  /// beforehand.
-  static SubstitutedAsset linear(const runtime::AssetView& asset, double at_m);
 
  private:
   explicit SubstitutedAsset(const runtime::AssetView& asset);

@@ -167,7 +167,7 @@ TEST(Validate, states_a_scene_that_divides_the_surface_otherwise_and_resumes_whe
   EXPECT_EQ(force_error(" --reference other", nullptr), resumed);
 
   folder.write("refused.toml", text);
-  EXPECT_EQ(palpate(folder, "validate out/asset.palp refused.toml --model m.h5").status, 1);
+  EXPECT_EQ(palpate(folder, "validate out/asset.palp refused.toml --curves c.h5").status, 1);
   EXPECT_FALSE(fs::exists(folder / "out/asset.refused.reference"));
 }
 

@@ -28,8 +28,8 @@ rest() {  # of a folder with samples.h5: what comes after
   stage fit "$d/samples.h5" -o "$d/curves.h5" $family
   stage refine "$d/curves.h5" --body "$body" --samples "$d/samples.h5" -o "$d/model.h5"
   stage export "$d/model.h5" -o "$d/asset.palp" --scene "$own" --engine "$d/engine"
-  stage validate "$d/asset.palp" "$own" --body "$d/body.h5" --curves "$d/curves.h5" --model "$d/model.h5" \
-    --reference "$d" --rows "$d/validation.csv" --statement "$d/statement.json"
+  stage validate "$d/asset.palp" "$own" --body "$d/body.h5" --reference "$d" \
+    --rows "$d/validation.csv" --statement "$d/statement.json"
 }
 
 untimed() { sed -E 's/("tick_ns": )[0-9.e+-]+/\1/; s/[0-9]+ ns( per tick)? on this machine//g' "$1"; }

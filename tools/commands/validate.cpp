@@ -36,11 +36,8 @@ class Validate final : public Command {
     arguments.output("--rows", rows_, "CSV to write with every compared row", {"point,path,step"},
                      false);
     arguments.option("--curves", curves_,
-                     "curves.h5 that the asset was made from; with --model, adds the comparison "
-                     "without interpolation");
-    arguments.option("--model", model_,
-                     "model.h5 that the asset was made from; needs --curves, or recordings, whose "
-                     "points left out it knows");
+                     "curves.h5 that the asset was made from: of recordings, with --body, states "
+                     "what points left out show");
     arguments.option("--reference DIR", reference_,
                      "Folder that keeps the simulated rows, for a validation that was stopped and "
                      "for the next one; by default ASSET.SCENE.reference beside the asset");
@@ -62,6 +59,8 @@ class Validate final : public Command {
     if (is_manifest(scene_)) return compare_later_recordings(reply);
     refuse_options({{"--samples", !samples_.empty()}},
                    "is of a manifest, and " + scene_ + " is none");
+    refuse_options({{"--curves", !curves_.empty()}},
+                   "is of recordings, and " + scene_ + " is a scene");
     if (points_ < 0)
       throw Error("--points", "there must be at least one contact point",
                   "Give a positive number.");
@@ -82,9 +81,6 @@ class Validate final : public Command {
       stage_.body = read_body(body_);
     }
     check_experiments(scene, stage_.body);
-    if (curves_.empty() != model_.empty())
-      throw Error(curves_.empty() ? "--curves" : "--model", "is missing beside the other one",
-                  "Give both --curves and --model, or none.");
     make_statement(kValidateStage, reply);
     return stage_.statement.reference_failures ? kSomeFailed : kDone;
   }
@@ -149,7 +145,6 @@ class Validate final : public Command {
   void refuse_simulated() const {
     refuse_options({{"--points", points_ != 0},
                     {"--seed", seed_ != 0},
-                    {"--model", !model_.empty()},
                     {"--reference", !reference_.empty()},
                     {"--no-causes", no_causes_}},
                    "is of a simulated reference, and " + scene_ + " holds recordings");
@@ -170,12 +165,12 @@ class Validate final : public Command {
   void make_statement(const StageRow& stage, Reply& reply) {
     StageFiles& files = stage_.files;
     files.asset = asset_, files.body = body_, files.rows = rows_;
-    files.curves = curves_, files.model = model_, files.statement = statement_;
+    files.curves = curves_, files.statement = statement_;
     stage.make(stage_, statement_.empty() ? "" : stage.wanted(stage_));
     reply = {in_words(stage_.statement), nlohmann::ordered_json::parse(to_json(stage_.statement))};
   }
 
-  std::string asset_, scene_, body_, rows_, curves_, model_, reference_, statement_, samples_;
+  std::string asset_, scene_, body_, rows_, curves_, reference_, statement_, samples_;
   int points_ = 0, seed_ = 0;
   Pipeline stage_;
   bool no_causes_ = false;

@@ -199,12 +199,6 @@ void write_statement(Pipeline& p, const std::string& fingerprint) {
 }
 void make_statement(Pipeline& p, const std::string& fingerprint) {
   ValidateRequest request{p.jobs, p.files.rows, p.files.reference, p.resume};
-  FittedCurves curves;
-  Model model;
-  if (!p.files.curves.empty()) {
-    request.curves = &(curves = read_curves(p.files.curves));
-    request.model = &(model = read_model(p.files.model));
-  }
   p.statement = validate_asset(p.files.asset, p.scene, p.body, request);
   write_statement(p, fingerprint);
 }

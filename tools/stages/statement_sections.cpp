@@ -101,9 +101,7 @@ Lines as_own_ball(const StatedAsset& of, const Samples& rows, const ProbeSpec& t
 Lines by_baseline(const StatedAsset& of) {
   if (is_other_tool(of))
     return as_own_ball(of, of.reference.paths, of.scene.probe.spec, of.levers->radius_m, of.floors);
-  return baseline_errors(of.asset, of.reference, of.depth_m,
-                         of.depth_m / of.scene.experiments.each.press_steps, of.request.curves,
-                         of.request.model);
+  return baseline_errors(of.asset, of.reference, of.depth_m);
 }
 
 // Experiments of a kind, answered as the engine plays them, which is timed, and without the

@@ -18,8 +18,7 @@ struct ValidateRequest {
   std::filesystem::path rows_csv = {};   ///< every compared row; empty for none
   std::filesystem::path reference = {};  ///< folder that keeps what is simulated; empty: none
   bool resume = true;                    ///< use what that folder holds
-  const FittedCurves* curves = nullptr;  ///< what the asset was made from, for the baseline
-  const Model* model = nullptr;          ///< without interpolation; both or none
+  const FittedCurves* curves = nullptr;  ///< of recordings: what points left out are judged by
 };
 
 /// Fresh experiments against the engine, loaded from the asset's bytes (docs/method.md, section 6):

@@ -54,30 +54,6 @@ TEST_F(Substituted, the_mean_response_leaves_a_body_of_one_response_as_it_is) {
   EXPECT_EQ(forces_of(mean.view(), held_out), forces_of(even.asset, held_out));
 }
 
-TEST_F(Substituted, nothing_is_lost_where_every_vertex_is_a_test_point) {
-  for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v) {
-    model.blend_point.conservativeResize(v + 1, 3);
-    model.blend_point.row(v).setConstant(static_cast<std::int32_t>(v));
-  }
-  model.blend_weight = Points::Zero(model.surface.vertices.rows(), 3);
-  model.blend_weight.col(1).setOnes();
-  const auto nearest = SubstitutedAsset::with_nearest_point(body.asset, model.curves, model);
-  EXPECT_EQ(forces_of(nearest.view(), held_out), forces);
-}
-
-TEST_F(Substituted, a_linear_response_is_proportional_to_depth_and_right_at_its_depth) {
-  const auto linear = SubstitutedAsset::linear(body.asset, 0.002);
-  const auto& curved = body.asset.curves.view[0];
-  for (const int vertex : {0, 700, 1500}) {
-    const float* own = body.asset.node(vertex);
-    const float* straight = linear.view().node(vertex);
-    const double at_2mm = runtime::curve_value(curved, own, 0.002);
-    for (const double depth_m : {0.001, 0.002, 0.005})
-      EXPECT_NEAR(runtime::curve_value(curved, straight, depth_m), at_2mm * depth_m / 0.002,
-                  1e-6 * at_2mm);
-  }
-}
-
 // Samples that the law itself makes on a plate: every error must come out as what it is.
 Samples samples_of(const runtime::AssetView& asset, const HeldOut& held_out) {
   Samples s = rows_of(held_out);
@@ -98,13 +74,10 @@ TEST_F(Substituted, baselines_and_paths_of_an_exact_reference_say_what_they_lose
   const Replayed engine = follow(body.asset, reference.paths, kRange.depth_m);
   for (const StatedError& error : by_path(reference, engine, 0))
     EXPECT_EQ(error.force.p95, 0) << error.name;
-  const auto baselines =
-      baseline_errors(body.asset, reference, kRange.depth_m, 0.001, nullptr, nullptr);
-  ASSERT_EQ(baselines.size(), 2u) << "without curves and model there is no nearest point";
+  const auto baselines = baseline_errors(body.asset, reference, kRange.depth_m);
+  ASSERT_EQ(baselines.size(), 1u);
   EXPECT_EQ(baselines[0].name, "one_response");
   EXPECT_GT(baselines[0].force.p95_rel, 0.05);  // stiffness varies by 30 % around
-  EXPECT_EQ(baselines[1].name, "linear");
-  EXPECT_GT(baselines[1].force.p95_rel, 0.3);  // f^z grows with the square of the depth
 }
 
 TEST_F(Substituted, causes_are_of_the_paths_whose_places_were_pressed) {

@@ -25,7 +25,7 @@ LEAST_PREDICTED = 20
 COLUMNS = ("placement", "points", "predicted_points", "predicted_median_rel", "predicted_p95_rel",
            "predicted_max_rel", "random_p95_rel", "paths_median_rel", "paths_p95_rel",
            "paths_max_rel", "interpolation_p95_rel", "curve_fit_p95_rel", "curve_family_p95_rel",
-           "friction_law_p95_rel", "nearest_point_p95_rel")
+           "friction_law_p95_rel")
 
 
 def scene_with(text, base, test_points):
@@ -55,15 +55,13 @@ def measured(palpate, placement, points, scene, folder, body, work):
                                      os.path.join(work, "reference", "reference.h5"), "--json"))
     statement = json.loads(call(palpate, "validate", at("asset.palp"), scene, "--points",
                                 str(HELD_OUT), "--body", body, "--reference",
-                                os.path.join(work, "reference"), "--curves", at("curves.h5"),
-                                "--model", at("model.h5"), "--jobs", "1", "--json"))
+                                os.path.join(work, "reference"), "--jobs", "1", "--json"))
     near, far = predicted["force_error"], statement["force_error"]
-    p95 = {**{k: v["p95_rel"] for k, v in statement["causes"].items()},
-           **{k: v["p95_rel"] for k, v in statement["baselines"].items()}}
+    p95 = {k: v["p95_rel"] for k, v in statement["causes"].items()}
     values = [predicted["probes"], near["median_rel"], near["p95_rel"], near["max_rel"],
               random()["force_error"]["p95_rel"],
               far["median_rel"], far["p95_rel"], far["max_rel"], p95["interpolation"],
-              p95["curve_fit"], p95["curve_family"], p95["friction_law"], p95["nearest_point"]]
+              p95["curve_fit"], p95["curve_family"], p95["friction_law"]]
     return [placement, points] + [round(v, 5) for v in values]
 
 
