@@ -80,12 +80,10 @@ struct ShapeErrorFigures {
   double median_rel = 0, p95_rel = 0, max_rel = 0;
 };
 
-/// near: vertices within three contact radii of the contact point; all: every vertex.
-/// penetration_m: how deep triangles cut into the tool's ball at most, at the middles of their
-/// edges and their own; vertices themselves never do. 0 rows: nothing was compared.
+/// near: vertices within three contact radii of the contact point; all: every vertex. 0 rows:
+/// nothing was compared.
 struct ShapeError {
   ShapeErrorFigures near, all;
-  double penetration_m = 0;
   std::size_t rows = 0;
 };
 

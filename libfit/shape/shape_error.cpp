@@ -24,22 +24,6 @@ struct Errors {
   }
 };
 
-double deepest_in_ball(const runtime::AssetView& asset, const runtime::DentState& state,
-                       const std::vector<runtime::Vec3d>& at) {
-  double deepest = 0;
-  const auto look = [&](const runtime::Vec3d& place) {
-    const runtime::Vec3d away = place - state.centre;
-    deepest = std::max(deepest, state.radius_m - std::sqrt(runtime::dot(away, away)));
-  };
-  for (int t = 0; t < asset.triangles; ++t) {
-    const runtime::Vec3d corner[3] = {at[asset.corner(t, 0)], at[asset.corner(t, 1)],
-                                      at[asset.corner(t, 2)]};
-    for (int k = 0; k < 3; ++k) look((corner[k] + corner[(k + 1) % 3]) * 0.5);
-    look((corner[0] + corner[1] + corner[2]) * (1.0 / 3));
-  }
-  return deepest;
-}
-
 }  // namespace
 
 std::vector<std::optional<runtime::Contact>> contact_states(const runtime::AssetView& asset,
@@ -60,7 +44,6 @@ ShapeError shape_error(const runtime::AssetView& asset, const Samples& samples,
                        bool is_shown) {
   Errors near, all;
   ShapeError out;
-  std::vector<runtime::Vec3d> at(asset.vertices);
   for (std::size_t row = 0; row < contacts.size(); ++row) {
     runtime::DentState state;
     if (!contacts[row]) continue;
@@ -81,10 +64,7 @@ ShapeError shape_error(const runtime::AssetView& asset, const Samples& samples,
       const runtime::Vec3d offset = rest - state.point;
       all.add(error_m, depth_m);
       if (runtime::dot(offset, offset) <= reach_m * reach_m) near.add(error_m, depth_m);
-      at[v] = rest + u;
     }
-    if (state.radius_m > 0)
-      out.penetration_m = std::max(out.penetration_m, deepest_in_ball(asset, state, at));
     ++out.rows;
   }
   out.near = near.figures();

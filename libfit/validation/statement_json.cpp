@@ -145,7 +145,6 @@ void statement_fields(S& s, const F& f) {
   f.part("shape_error", s.shape.rows > 0, [&](const auto& of) {
     of.part("near", true, shape_fields(s.shape.near));
     of.part("all", true, shape_fields(s.shape.all));
-    of("penetration_m", s.shape.penetration_m);
     of("rows", s.shape.rows);
   });
 }

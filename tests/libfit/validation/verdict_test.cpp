@@ -154,12 +154,11 @@ TEST(statement, how_well_the_surface_is_shown_is_read_back_and_said_in_a_sentenc
   Statement s = summarize({{1, 0.02}});
   EXPECT_EQ(in_words(s).find("surface"), std::string::npos);
   EXPECT_TRUE(nlohmann::json::parse(to_json(s)).at("shape_error").empty());
-  s.shape = {{1e-4, 2e-4, 3e-4, 0.01, 0.02, 0.03}, {4e-4, 5e-4, 6e-4, 0.04, 0.05, 0.06}, 7e-5, 12};
+  s.shape = {{1e-4, 2e-4, 3e-4, 0.01, 0.02, 0.03}, {4e-4, 5e-4, 6e-4, 0.04, 0.05, 0.06}, 12};
   const Statement back = parse_statement(to_json(s), "statement.json");
   EXPECT_EQ(to_json(back), to_json(s));
   EXPECT_EQ(back.shape.rows, 12u);
   EXPECT_NEAR(back.shape.all.p95_rel, 0.05, 1e-12);
-  EXPECT_NEAR(back.shape.penetration_m, 7e-5, 1e-15);
   EXPECT_NE(in_words(back).find("within 0.10 mm near the tool, 1.0 % of the depth (median;\n"
                                 "p95 0.20 mm, 2.0 %), and within 5.0 % over the whole body"),
             std::string::npos)
@@ -177,7 +176,7 @@ TEST(statement, words_fit_eighty_columns) {
                 {"baselines", "baselines", {line("one_response", {{200, 199}})}}};
   s.sections[0].lines[0].handle = {5e-3, 0.999, 0.999, 0.999, 0.5, 0.9, 2};
   s.sections[0].lines[0].tick_ns = 123456;
-  s.shape = {{0.01, 0.02, 0.03, 0.5, 0.9, 2}, {0.01, 0.02, 0.03, 0.5, 0.9, 2}, 1, 10000};
+  s.shape = {{0.01, 0.02, 0.03, 0.5, 0.9, 2}, {0.01, 0.02, 0.03, 0.5, 0.9, 2}, 10000};
   Statement soft = summarize({{2e-7, 1e-7}, {3e-7, 0}});
   soft.sections = {{"by_path", "by path", {line("back_and_forth", {{1e-9, 1e-9}}, soft.floor_N)}},
                    {"causes", "by cause", {line("interpolation", {{2e-7, 1e-7}}, soft.floor_N)}}};
