@@ -63,13 +63,7 @@ class SeededSlide {
     ForceJumps& jumps = out_.jumps;
     if (!was) return jumps.touch_N;
     if (!is) return jumps.release_N;
-    if (((now.flags | before_.flags) & PALPATE_FLAG_HELD_BACK) != 0) return jumps.held_N;
-    if (((now.flags ^ before_.flags) & PALPATE_FLAG_EXTRAPOLATED) != 0) return jumps.range_end_N;
-    if (now.triangle != before_.triangle) return jumps.edge_N;
-    return piece(now.normal_m) != piece(before_.normal_m) ? jumps.knot_N : jumps.inside_N;
-  }
-  int piece(double depth_m) const {
-    return runtime::find_piece(asset_.curves.view[runtime::kNormal], depth_m);
+    return now.triangle != before_.triangle ? jumps.edge_N : jumps.inside_N;
   }
 
   const runtime::AssetView& asset_;

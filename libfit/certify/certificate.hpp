@@ -17,11 +17,8 @@ struct SlideOptions {
 /// Largest change of the force in a tick [N], by what happened at that tick.
 struct ForceJumps {
   double touch_N = 0, release_N = 0;
-  double edge_N = 0;       ///< the contact point went to another triangle
-  double knot_N = 0;       ///< the depth went over a knot of the normal curves
-  double range_end_N = 0;  ///< or over the end of what was fitted
-  double held_N = 0;       ///< the guard carried a share of the force
-  double inside_N = 0;     ///< nothing of that
+  double edge_N = 0;    ///< the contact point went to another triangle
+  double inside_N = 0;  ///< it stayed in its own
 };
 
 /// Findings of seeded slides over an asset (docs/method-certificate.md, section 19). Sampled, not

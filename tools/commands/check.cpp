@@ -62,9 +62,6 @@ Json to_json(const Certificate& c, const std::vector<DeviceVerdict>& devices) {
         {"touch_N", jumps.touch_N},
         {"release_N", jumps.release_N},
         {"edge_N", jumps.edge_N},
-        {"knot_N", jumps.knot_N},
-        {"range_end_N", jumps.range_end_N},
-        {"held_back_N", jumps.held_N},
         {"inside_N", jumps.inside_N},
         {"force_N", c.force_N}}},
       {"devices", verdicts}};
