@@ -277,9 +277,6 @@ void fill_report(const AssetParts& parts, const Header& header, int touching,
   report.bytes = header.file_bytes;
   report.vertices = header.vertices;
   report.triangles = header.triangles;
-  report.min_max_depth_m = surface.diagonal_m;
-  for (float depth : surface.max_depth_m)
-    if (depth > 0) report.min_max_depth_m = std::min(report.min_max_depth_m, double(depth));
   if (report.folded_triangles > 0)
     report.remarks.push_back(std::to_string(report.folded_triangles) +
                              " triangles have no area or a normal that does not point through "

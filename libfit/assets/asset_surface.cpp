@@ -176,7 +176,6 @@ void bound_depths(AssetSurface& surface) {
     const double depth = answering != 0 ? depth_bound_m(x, u, surface.diagonal_m) : 0;
     surface.max_depth_m.push_back(float(depth));
     surface.report.folded_triangles += answering != 0 && !(depth > 0);
-    surface.report.air_triangles += !(depth > 0);
     if (depth > 0 && (answering & runtime::kMeasured) != 0) surface.measured_triangles.push_back(t);
   }
 }

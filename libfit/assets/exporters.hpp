@@ -28,8 +28,7 @@ struct ExportOptions {
 struct ExportReport {
   std::uint64_t bytes = 0;
   int vertices = 0, triangles = 0;
-  int mean_vertices = 0, faded_vertices = 0, folded_triangles = 0, air_triangles = 0;
-  double min_max_depth_m = 0;  ///< over the triangles that can be touched
+  int mean_vertices = 0, faded_vertices = 0, folded_triangles = 0;
   std::vector<std::string> remarks;
 };
 

@@ -88,17 +88,6 @@ Json curve_json(const FittedCurves& fitted, std::size_t kind) {
           {"deviation_N", packed(sampled(covariance.rows(), last_m, deviation))}};
 }
 
-// A family without a limit curve has the limit of its friction.
-Json limit_json(const FittedCurves& fitted) {
-  const NodeForces forces(fitted.curves);
-  const std::vector<double>& knots = fitted.curves.basis[0].knots_m;
-  const auto limit = [&](Eigen::Index p, double at) { return forces.limit_N(p, at); };
-  return {{"name", "limit"},
-          {"knots_m", knots},
-          {"value_N", packed(sampled(fitted.curves.points(), knots.back(), limit))},
-          {"deviation_N", ""}};
-}
-
 Json numbers_json(const Vec3& v) { return {v[0], v[1], v[2]}; }
 
 // A region as it is drawn: a ball, a box or a surface; nothing of others.
@@ -173,7 +162,6 @@ void add_curves(Json& json, const FittedCurves& fitted) {
   const std::size_t kinds = curves_of(fitted.curves.family);
   for (std::size_t kind = 0; kind < kinds; ++kind)
     points["curves"].push_back(curve_json(fitted, kind));
-  if (kinds != kCurveKinds) points["curves"].push_back(limit_json(fitted));
   json["family"] = name_of(fitted.curves.family);
   json["points"] = std::move(points);
   if (!json.contains("probe") && fitted.probe) json["probe"] = probe_json(*fitted.probe);

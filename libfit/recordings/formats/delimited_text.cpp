@@ -189,7 +189,6 @@ TableLayout layout_of(const ReadSettings& settings, std::size_t first, char sepa
   TableLayout layout;
   layout.first = first, layout.separator = separator;
   layout.comment = settings.comment;
-  layout.may_end_early = true;
   return layout;
 }
 

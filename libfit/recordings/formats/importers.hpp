@@ -133,8 +133,7 @@ struct TableLayout {
   /// Where clocks count beyond what a double resolves: the tick that they count from, of all tables
   /// of a file; none yet before the first.
   std::optional<std::int64_t>* first_tick = nullptr;
-  bool may_end_early = false;  ///< rows with every asked field empty are no rows
-  bool shares_clock = false;   ///< nor are those with all but the clock without a value
+  bool shares_clock = false;  ///< nor are those with all but the clock without a value
 };
 
 /// Reads the asked columns until the last line. Throws Error naming file:line and column when a

@@ -255,8 +255,7 @@ NumberTable read_numbers(const TextFile& file, const TableLayout& layout) {
     if (is_comment(file.line(i), layout.comment)) continue;
     const auto fields = split(file.line(i), layout.separator);
     const auto is_blank = [&](std::size_t f) { return f >= fields.size() || fields[f].empty(); };
-    if (layout.may_end_early && std::all_of(layout.field.begin(), layout.field.end(), is_blank))
-      continue;
+    if (std::all_of(layout.field.begin(), layout.field.end(), is_blank)) continue;
     bool is_row = !layout.shares_clock;
     for (std::size_t c = 0; c < row.size() && !is_row; ++c)
       is_row = !layout.is_clock[c] && !is_blank(layout.field[c]) &&

@@ -49,7 +49,6 @@ std::vector<Members> group_by_point(const BatchOptions& options,
                         "Give it a point of its own, or correct its position.");
       continue;
     }
-    c.point_index = static_cast<std::int32_t>(at->second);
     members.push_back(&c);
   }
   return points;

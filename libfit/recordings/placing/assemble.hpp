@@ -41,7 +41,7 @@ struct PlacedRecording {
   Mat3 to_body = Mat3::Identity();  ///< turns its deflections and forces into the body's frame
   /// NaN without a surface.
   double surface_distance_m = kNan;
-  std::int32_t point_index = -1, experiment = -1;  ///< -1: refused
+  std::int32_t experiment = -1;  ///< -1: refused
   std::optional<Error> failure = {};
 };
 
