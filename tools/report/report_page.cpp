@@ -34,22 +34,6 @@ void check_is_run(const fs::path& folder) {
               "Give the folder of a `palpate run`, or one with samples.h5 and curves.h5.");
 }
 
-Json files_json(const fs::path& folder) {
-  Json files = Json::array();
-  for (const char* name : kFiles) {
-    const fs::path path = folder / name;
-    if (!fs::exists(path)) continue;
-    Json file{{"name", name}, {"bytes", fs::file_size(path)}};
-    if (path.extension() == ".h5") {
-      const Attributes attributes = read_attributes(path);
-      const auto hash = attributes.find(kInputsAttribute);
-      if (hash != attributes.end()) file["made_from"] = hash->second;
-    }
-    files.push_back(std::move(file));
-  }
-  return files;
-}
-
 Json begin(const std::string& name) {
   return {{"schema", "palpate-report"},
           {"version", 1},
@@ -143,7 +127,6 @@ Json contents_of(const fs::path& folder) {
   const auto has = [&](const char* name) { return fs::exists(folder / name); };
   Json json =
       begin(fs::absolute(folder / ".").lexically_normal().parent_path().filename().string());
-  json["files"] = files_json(folder);
   if (has("statement.json")) {
     const std::string text = read_whole_file(folder / "statement.json");
     validation::parse_statement(text, (folder / "statement.json").string());  // or it throws

@@ -61,7 +61,6 @@ export interface Contents {
   jnd: { floor_N: number; share: number; moving: number; direction_deg: number };
   band_deviations: number;
   warnings: string[];
-  files?: { name: string; bytes: number; made_from?: string }[];
   statement?: Statement;
   surface?: {
     vertices_m: Packed;

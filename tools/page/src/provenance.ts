@@ -1,4 +1,4 @@
-// Provenance of the numbers: warnings, scene, files, versions, timings.
+// Provenance of the numbers: warnings, scene, versions, timings.
 
 import { bytes, type Contents } from "./contents";
 import { details, html, section, table } from "./dom";
@@ -44,16 +44,6 @@ export function provenanceSection(contents: Contents): HTMLElement {
     facts.push(["size of the asset", `${(contents.statement.asset_bytes / 1e3).toFixed(0)} kB`]);
   }
   out.append(table(["fact", "value"], facts));
-  if (contents.files?.length)
-    out.append(
-      details(
-        "Files",
-        table(
-          ["file", "bytes", "made from"],
-          contents.files.map((f) => [f.name, f.bytes.toLocaleString("en"), html("code", {}, f.made_from ?? "")]),
-        ),
-      ),
-    );
   if (contents.set_up?.scene) out.append(details("Scene", html("pre", {}, contents.set_up.scene)));
   return out;
 }

@@ -7,7 +7,7 @@ import { ask } from "./terms";
 /** One line on how wrong it is. */
 export function verdict(contents: Contents): (string | HTMLElement)[] {
   if (contents.statement) return [contents.statement.verdict, " ", ask("accuracy")];
-  if (!contents.files) return ["A set-up to look at: nothing has been simulated yet."];
+  if (!contents.points && !contents.asset) return ["A set-up to look at: nothing has been simulated yet."];
   return ["This folder holds no error statement: how wrong these curves are is not known."];
 }
 
