@@ -167,7 +167,7 @@ const claims = {
       const name = await page.locator(`#point-choice option[value="${point}"]`).textContent();
       assert.ok(words.startsWith(name.replace(" (dragged)", ":").split(" ")[0]), `${name}: ${words}`);
     }
-    assert.ok((await page.locator("#point-detail svg.plot").count()) >= 3);
+    assert.ok((await page.locator("#point-detail svg.plot").count()) >= 1);
     assert.ok((await page.locator("#point-detail svg.plot circle.sample").count()) >= 5);
   },
 
