@@ -1,9 +1,11 @@
 /* A mesh of your own, moved with the surface: visual ASSET.palp MESH.obj MOVED.obj, after
  * `palpate export asset.palp --visual MESH.obj -o ASSET.palp`. The ball of the curves presses 4 mm
  * into the middle of what was measured. MOVED.obj has the `v` lines as the body then is, in metres,
- * and every other line, texture and all, as it was. With out/engine of a run, in C99: g++
- * -std=c++17 -O2 -ffp-contract=off -c engine/palpate.cpp gcc -std=c99 -Iengine visual.c palpate.o
- * -lm -o visual */
+ * and every other line, texture and all, as it was. With out/engine of a run, in C99:
+ *
+ *   g++ -std=c++17 -O2 -ffp-contract=off -c engine/palpate.cpp
+ *   gcc -std=c99 -Iengine visual.c palpate.o -lm -o visual
+ */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
