@@ -27,32 +27,30 @@ struct PointSpot {
 constexpr double kStiffening = 0.1;
 
 // The share of stiffness that goes with a contact's radius, by the curve of the asset's own ball
-// (M83b): the power of depth with which its force grows beside that of an even half-space. What
-// stiffens has something stiff below, which a contact feels by its width; what softens is ridged or
-// strained, by the depth.
+// (M83b): by the power of depth with which its force grows beside Sneddon's of an even half-space
+// (1965, doi:10.1016/0020-7225(65)90019-4). A body that stiffens has something stiff below, and
+// answers by the width of the contact; one that softens is ridged or strained, and answers by
+// depth.
 double share_by_width(const FittedCurves& curves, const Bases& bases, Eigen::Index p,
                       double radius_m) {
-  constexpr int kDepths = 4, kSteps = 16;
   const runtime::SplineView& normal = bases.views.view[runtime::kNormal];
-  const Indenter ball = runtime::ball_indenter(radius_m);
   const double* const control = curves.curves.control[runtime::kNormal].row(p).data();
-  Eigen::Matrix<double, kDepths, 2> line;
-  Eigen::Vector<double, kDepths> log_modulus;
-  double even = 0;
-  for (int i = 0; i < kDepths; ++i) {
-    const double step_m = normal.knots[normal.pieces] / (kDepths * kSteps);
-    for (int k = 0; k < kSteps; ++k)
-      even += step_m * runtime::contact_radius_at(ball, (i * kSteps + k + 0.5) * step_m);
-    const double force_N = runtime::curve_value(normal, control, (i + 1) * kSteps * step_m);
+  Eigen::Matrix<double, 4, 2> line;
+  Eigen::Vector4d log_modulus;
+  for (int i = 0; i < 4; ++i) {
+    const double depth_m = normal.knots[normal.pieces] * (i + 1) / 4,
+                 a = runtime::contact_radius_at(runtime::ball_indenter(radius_m), depth_m),
+                 even = (a * a + radius_m * radius_m) * std::atanh(a / radius_m) - a * radius_m,
+                 force_N = runtime::curve_value(normal, control, depth_m);
     if (!(force_N > 0)) return 0;
-    line.row(i) << 1, std::log(i + 1.0);
+    line.row(i) << 1, std::log(depth_m);
     log_modulus[i] = std::log(force_N / even);
   }
   const double stiffening = line.householderQr().solve(log_modulus)[1];
   return std::clamp(0.5 + stiffening / kStiffening, 0.0, 1.0);
 }
 
-// What is admissible of (M83): stiffness stays positive.
+// Bounds k and w of (M83) so that stiffness stays positive.
 Effect bounded(const Effect& effect) {
   const double w = std::clamp(effect[1], 0.0, 1.0), most = runtime::kMostRadiusEffect * (1 - w);
   return {std::clamp(effect[0], -most, most), w};

@@ -186,13 +186,10 @@ double spring_sum(const Springs& springs, const CircleNumbers& gap_m, double dep
   return sum;
 }
 
-// Power with which another ball's force follows the gap under it [1]. Balls of half and of one and
-// a half times the radius on two livers and a cylinder: medians 0.9 to 4.4 %, p95 2 to 12; with
-// half of the power 1 to 4 and 2 to 15, with twice 0.6 to 8 and 2 to 14 %.
-constexpr double kShapeShare = 0.5;
-
 // k of a place by the shape of its surface (M83a): how much more than on an even body the force of
-// the gap grows with the radius of the ball.
+// the gap grows with the radius of the ball, to the power 1/2. Balls of half and of one and a half
+// times the radius on two livers and a cylinder: medians 0.9 to 4.4 %, p95 2 to 12; to the power
+// 1/4 medians 1 to 4 and p95 2 to 15, to the power 1 0.6 to 8 and 2 to 14 %.
 class ShapeEffect {
  public:
   ShapeEffect(const Springs& own, double ball_m, double range_m) : own_(own), range_m_(range_m) {
@@ -213,8 +210,7 @@ class ShapeEffect {
       const double depth_m = range_m_ * step / kComparedDepths,
                    own = over_even(own_.depth_m, rise_m, depth_m);
       for (const OtherBall& other : others_) {
-        const double more =
-            std::pow(over_even(other.depth_m, rise_m, depth_m) / own, kShapeShare) - 1;
+        const double more = std::sqrt(over_even(other.depth_m, rise_m, depth_m) / own) - 1;
         sum += other.log_ratio * more;
         weight += other.log_ratio * other.log_ratio;
       }

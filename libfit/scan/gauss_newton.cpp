@@ -146,25 +146,29 @@ ScanIdentification::ScanIdentification(const Samples& scans, int jobs, const Pro
   start(body);
 }
 
-// Heights from the outermost rows of each cell that press, or where none does of all, smooth; or of
-// the body. Curves of one stiffness.
+// Heights from the outermost rows of each cell, smooth, or of the body; curves of one stiffness.
 void ScanIdentification::start(const Surface* body) {
-  std::vector<std::vector<double>> level(nodes.cells()), pressed(nodes.cells());
+  // A pass may come down to the body and leave it: how high is no matter.
+  Mask is_near(passes.rows(), 0);
+  for (std::size_t pass = 0; pass < passes.count(); ++pass) {
+    Eigen::Index begin = passes.first[pass], end = passes.first[pass + 1];
+    while (begin < end && !(force_N_[begin] > floor_N_)) ++begin;
+    while (begin < end && !(force_N_[end - 1] > floor_N_)) --end;
+    std::fill(is_near.begin() + begin, is_near.begin() + end, 1);
+  }
+  std::vector<std::vector<double>> level(nodes.cells());
   for (Eigen::Index row = 0; row < passes.rows(); ++row) {
     const Vec3 x = nodes.coordinates(passes.position_m.row(row));
-    const int cell = nodes.at(x[0], x[1]).cell;
-    level[cell].push_back(x[2]);
-    if (force_N_[row] > floor_N_) pressed[cell].push_back(x[2]);
+    if (is_near[row]) level[nodes.at(x[0], x[1]).cell].push_back(x[2]);
   }
-  for (int cell = 0; cell < nodes.cells(); ++cell)
-    if (!pressed[cell].empty()) level[cell].swap(pressed[cell]);
-  Points outermost(passes.rows(), 3);
-  for (Eigen::Index row = 0; row < passes.rows(); ++row) {
+  Points outermost(std::ranges::count(is_near, 1), 3);
+  for (Eigen::Index row = 0, at = 0; row < passes.rows(); ++row) {
+    if (!is_near[row]) continue;
     const Vec3 x = nodes.coordinates(passes.position_m.row(row));
     std::vector<double>& levels = level[nodes.at(x[0], x[1]).cell];
     const auto outer = levels.begin() + std::ssize(levels) / 32;
     std::nth_element(levels.begin(), outer, levels.end());
-    outermost.row(row) << x[0], x[1], *outer;
+    outermost.row(at++) << x[0], x[1], *outer;
   }
   parameters.height_m = heights_through(nodes, outermost, 1);
   if (body != nullptr) {
@@ -179,10 +183,10 @@ void ScanIdentification::start(const Surface* body) {
   double pressed_m = 0;  // beside the scan
   for (Eigen::Index row = 0; row < passes.rows(); ++row) {
     const double depth_m = nodes.foot(passes.position_m.row(row), parameters.height_m).depth_m;
-    if (passes.is_scan[row])
-      depths_m.push_back(depth_m);
-    else
+    if (!passes.is_scan[row])
       pressed_m = std::max(pressed_m, depth_m);
+    else if (is_near[row])
+      depths_m.push_back(depth_m);
     if (force_N_[row] > floor_N_ && depth_m > 0) stiffness_N_m.push_back(force_N_[row] / depth_m);
   }
   const double scanned_m = 1.25 * stated_quantile(depths_m, 0.99);

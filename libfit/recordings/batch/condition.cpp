@@ -192,9 +192,9 @@ void find_inward(const std::string& file, Signal& signal, Conditioned& out) {
   out.inward = signal.inward;
 }
 
-// A filter of at most this share of the way in moves no contact. Presses in 2 s with noise of 2, 5
-// and 10 %: with 1/40 contacts are off by 32, 94 and 209 um (31, 96 and 193 without a filter), with
-// 1/20 by 92, 129 and 1103; 1/80 leaves a position that scatters.
+// A filter of at most this share of the approach moves no contact. Presses in 2 s with noise of 2,
+// 5 and 10 %: with 1/40 contacts are off by 32, 94 and 209 um (31, 96 and 193 without a filter),
+// with 1/20 by 92, 129 and 1103; 1/80 leaves a position that scatters.
 constexpr double kLongestFilter = 1.0 / 40;
 
 void filter(const SignalSettings& settings, const std::string& file, Signal& signal) {
