@@ -1,6 +1,5 @@
 /* An asset played in a plain C loop: loop ASSET.palp. Presses the ball of its curves 3 mm into the
- * middle of what was measured, drags it 10 mm, lifts. */
-#include <math.h>
+ * middle of what was measured, drags it aside, lifts. */
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -70,9 +69,8 @@ int main(int argc, char** argv) {
   palpate_read_mesh(&asset, &mesh);
   v = middle_vertex(&mesh);
   const float* inward = mesh.inward_normal + 3 * v;
-  const int axis = fabs(inward[0]) < 0.7 ? 0 : 1;
-  const double length = sqrt(1 - inward[axis] * inward[axis]);
-  for (k = 0; k < 3; ++k) aside[k] = ((k == axis) - inward[axis] * inward[k]) / length;
+  const int axis = inward[0] * inward[0] < 0.5 ? 0 : 1;
+  for (k = 0; k < 3; ++k) aside[k] = (k == axis) - inward[axis] * inward[k];
   ball = palpate_ball(info.probe_radius_m); /* another radius wants palpate_indenter_open() */
   /* 4. One contact per tool: it remembers where the tool sticks. */
   palpate_start(&contact, &ball);
@@ -82,7 +80,8 @@ int main(int argc, char** argv) {
                           : tick < 1400 ? 0.016
                                         : 0.016 - 4e-5 * (tick - 1400);
     const double along_m = tick < 400 ? 0 : tick < 1400 ? 1e-5 * (tick - 400) : 0.01;
-    const double deep_m = fmin(down_m, touched_m + 0.003) - 0.006 - info.probe_radius_m;
+    const double deepest_m = touched_m + 0.003;
+    const double deep_m = (down_m < deepest_m ? down_m : deepest_m) - 0.006 - info.probe_radius_m;
     palpate_input in = palpate_input_at(0, 0, 0, 0.001);
     for (k = 0; k < 3; ++k)
       in.tool.position_m[k] =

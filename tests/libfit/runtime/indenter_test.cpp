@@ -49,12 +49,14 @@ double half_space_N(const Indenter& tool, double depth_m) {
   return 2 * kModulus_Pa * sum;
 }
 
-// A plate that answers the ball as an even half-space does, times (d/D)^stiffening, on rows from
-// kDepth_m / 14 on.
+// The ball's in closed form (Sneddon 1965), times (d/D)^stiffening.
 double own_N(double depth_m, double stiffening) {
-  return half_space_N(runtime::ball_indenter(kBall_m), depth_m) *
+  const double a = runtime::contact_radius_at(runtime::ball_indenter(kBall_m), depth_m);
+  return kModulus_Pa * ((a * a + kBall_m * kBall_m) * std::atanh(a / kBall_m) - a * kBall_m) *
          std::pow(depth_m / kDepth_m, stiffening);
 }
+
+// A plate that answers the ball so, on rows from kDepth_m / 14 on.
 Model half_space_model(double friction = 0, double stiffening = 0) {
   Model model = plate_model(0.12, 24, uniform(400, 300, 0.3));
   make_rings(model, friction, 0, even);
@@ -250,8 +252,8 @@ TEST(Indenter, stiffness_goes_with_depth_or_with_width) {
           const double d = deepest_m * (i + 0.5) / kSteps, a = runtime::contact_radius_at(tool, d);
           const auto stiffness = [&](double own_m) {  // below the first row as of a half-space
             return own_m < kDepth_m / 14
-                       ? a * own_N(kDepth_m / 14, kStiffening) /
-                             (half_space_N(ball, kDepth_m / 14) / (2 * kModulus_Pa))
+                       ? a * 2 * kModulus_Pa * own_N(kDepth_m / 14, kStiffening) /
+                             own_N(kDepth_m / 14, 0)
                        : slope(own_m) * a / runtime::contact_radius_at(ball, own_m);
           };
           sum_N += ((1 - w) * stiffness(d) + w * stiffness(runtime::depth_at(ball, a))) *
