@@ -1,6 +1,6 @@
 /* A mesh of your own, moved with the surface: visual ASSET.palp MESH.obj MOVED.obj, after
  * `palpate export asset.palp --visual MESH.obj -o ASSET.palp`. The ball of the curves presses 4 mm
- * into the middle of what was measured. MOVED.obj has the `v` lines as the body then is, in metres,
+ * deep where curves were measured. MOVED.obj has the `v` lines as the body then is, in metres,
  * and every other line, texture and all, as it was. With out/engine of a run, in C99:
  *
  *   g++ -std=c++17 -O2 -ffp-contract=off -c engine/palpate.cpp
@@ -11,27 +11,6 @@
 #include <string.h>
 
 #include "palpate.h"
-
-/* The measured vertex that is nearest to the middle of all of them. */
-static int32_t middle_vertex(const palpate_mesh* mesh) {
-  double middle_m[3] = {0, 0, 0}, least = 1e30;
-  int32_t v, k, measured = 0, best = 0;
-  for (v = 0; v < mesh->vertices; ++v) {
-    if (mesh->covered[v] != 1) continue;
-    ++measured;
-    for (k = 0; k < 3; ++k) middle_m[k] += mesh->vertex_m[3 * v + k];
-  }
-  for (v = 0; v < mesh->vertices; ++v) {
-    double squared = 0;
-    if (mesh->covered[v] != 1) continue;
-    for (k = 0; k < 3; ++k) {
-      const double off_m = mesh->vertex_m[3 * v + k] - middle_m[k] / measured;
-      squared += off_m * off_m;
-    }
-    if (squared < least) least = squared, best = v;
-  }
-  return best;
-}
 
 int main(int argc, char** argv) {
   const size_t room = (size_t)1 << 28;
@@ -50,8 +29,9 @@ int main(int argc, char** argv) {
 
   palpate_mesh surface;
   palpate_read_mesh(&asset, &surface);
-  const int32_t middle = middle_vertex(&surface);
-  const float* inward = surface.inward_normal + 3 * middle;
+  int32_t place = 0;
+  while (place + 1 < surface.vertices && surface.covered[place] != 1) ++place;
+  const float* inward = surface.inward_normal + 3 * place;
 
   palpate_contact contact;
   palpate_tool ball = palpate_ball(info.probe_radius_m);
@@ -62,7 +42,7 @@ int main(int argc, char** argv) {
     const double down_m = 1e-5 * tick;
     palpate_input in = palpate_input_at(0, 0, 0, 0.001);
     for (int k = 0; k < 3; ++k)
-      in.tool.position_m[k] = surface.origin_m[k] + surface.vertex_m[3 * middle + k] +
+      in.tool.position_m[k] = surface.origin_m[k] + surface.vertex_m[3 * place + k] +
                               (down_m - 0.006 - info.probe_radius_m) * inward[k];
     palpate_tick(&asset, &contact, 1, &in, &out);
     if (out.events & PALPATE_TOUCHED) touched_m = down_m;

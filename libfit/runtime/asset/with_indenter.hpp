@@ -70,7 +70,7 @@ class IndenterTable {
   SplineView normal() const noexcept { return spline(0); }
   IndenterView& view() const noexcept { return *view_; }
   SplineView by_radius(int i) const noexcept { return spline(1 + i); }
-  /// Depth up to which its contact is no wider, and it no plough_slope, than what is known.
+  /// Depth up to which its contact is no wider, and the tool no steeper, than what is known.
   double measured_m() const noexcept {
     const double wide = depth_at(tool_, widest_m_),
                  steep = known_depth_m(tool_, ball_.round_end_m, depth_m_);
