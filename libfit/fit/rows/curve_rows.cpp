@@ -48,8 +48,8 @@ double jitter_of(const PointData& point, const PointExperiment& e) {
   return rms > kRounding * point.depth ? rms : 0;
 }
 
-// The outward stroke of a drag: its rows until the lateral deflection first shrinks by more than
-// noise. force: what the drag adds to that of a press as deep.
+// The outward stroke: of a drag its rows until the lateral deflection first shrinks by more than
+// noise, of a press on a body that sways until the depth does. force: what the drag adds to that of a press as deep.
 struct Stroke {
   std::vector<std::size_t> row;
   std::vector<double> dr, force;  // lateral
@@ -62,8 +62,9 @@ Stroke outward_stroke(const PointData& point, const PointExperiment& e) {
   for (std::size_t i = 0; i < e.row.size(); ++i) {
     const Vec3 lateral = lateral_of(point, e.deflection[i]);
     const double dr = lateral.norm() > jitter ? lateral.norm() : 0;
-    if (reached > kRounding * point.depth && dr < reached * (1 - 1e-6) - jitter) break;
-    reached = std::max(reached, dr);
+    const double outward = e.is_drag ? dr : depth_of(point, e.deflection[i]);
+    if (reached > kRounding * point.depth && outward < reached * (1 - 1e-6) - jitter) break;
+    reached = std::max(reached, outward);
     if (!(depth_of(point, e.deflection[i]) > kContactDepth)) continue;
     stroke.row.push_back(i);
     stroke.dr.push_back(dr);

@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 
 #include "libfit/fit/fit_steps.hpp"
+#include "libfit/fit/rows/rows.hpp"
 #include "tests/libfit/fit/ring_truth.hpp"
 
 namespace palpate::test {
@@ -320,6 +321,24 @@ TEST(family_evidence, of_a_computed_sway_may_be_the_median) {
   EXPECT_FALSE(fit::improves_by_sway(without, with)) << "the median is hardly better";
   with.p95_error = 0.1;
   EXPECT_TRUE(fit::improves_by_sway(without, with));
+}
+
+// Its tool does not leave the normal; the surface around it does, forth and back.
+TEST(fitted_rings, know_all_rows_of_a_press_beside_which_the_body_sways_back) {
+  fit::PointData point;
+  point.inward = Vec3(0, 0, -1);
+  fit::PointExperiment press;
+  press.is_replayed = true;
+  for (int i = 1; i <= 5; ++i) {
+    press.sway.push_back(Vec3(0.01 * (i % 2), 0, 0));
+    press.deflection.push_back(-0.2 * i * Vec3::UnitZ() - press.sway.back());
+    press.force.push_back(-0.2 * i * Vec3::UnitZ());
+    press.weight.push_back(1);
+    press.row.push_back(i);
+  }
+  point.depth = 1;
+  point.experiments = {press};
+  EXPECT_EQ(fit::curve_rows(point).curve[0].size(), 5u);
 }
 
 // A body cannot give by more than the tool goes.
