@@ -240,13 +240,17 @@ std::string experiments_text(const Window& window, const ProposedBall& ball, con
       "drag_steps = 7\n"
       "# pairs = 6                     # of two tools side by side: several tools, or several "
       "balls\n\n"
+      "# [[experiments.probe]]         # a second ball, for forces of tools that are like it\n"
+      "# shape = \"sphere\"\n"
+      "# radius = \"{:.3g} mm\"\n"
+      "# points = 6\n\n"
       "[validate]\n"
       "points = 12                     # held-out places that the statement compares\n"
       "{}young_deviation = {:.2g}          # of people, over the value: how far this body may be "
       "from it\n"
       "friction_deviation = 0.4        # likewise, of 0.02 to 0.3\n",
       probe_mm, middle(0), middle(1), middle(2), radius_mm, probe_mm, 0.4 * probe_mm,
-      0.85 * probe_mm, 0.8 * probe_mm, tissue.deviation_Pa > 0 ? "" : "# ",
+      0.85 * probe_mm, 0.8 * probe_mm, 0.5 * probe_mm, tissue.deviation_Pa > 0 ? "" : "# ",
       tissue.deviation_Pa > 0 ? tissue.deviation_Pa / tissue.young_Pa : 0.3);
 }
 
