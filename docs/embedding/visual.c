@@ -13,12 +13,11 @@
 #include "palpate.h"
 
 int main(int argc, char** argv) {
+  if (argc != 4) return fprintf(stderr, "visual ASSET.palp MESH.obj MOVED.obj\n"), 2;
   const size_t room = (size_t)1 << 28;
   void* bytes = malloc(room);
-  FILE* file = argc == 4 ? fopen(argv[1], "rb") : NULL;
-  FILE* mesh = argc == 4 ? fopen(argv[2], "r") : NULL;
-  FILE* moved = argc == 4 ? fopen(argv[3], "w") : NULL;
-  if (!bytes || !file || !mesh || !moved) return perror("visual ASSET.palp MESH.obj MOVED.obj"), 2;
+  FILE *file = fopen(argv[1], "rb"), *mesh = fopen(argv[2], "r"), *moved = fopen(argv[3], "w");
+  if (!bytes || !file || !mesh || !moved) return perror("visual"), 2;
   palpate_asset asset;
   const palpate_status status = palpate_open(&asset, bytes, fread(bytes, 1, room, file));
   if (status != PALPATE_OK) return fprintf(stderr, "%s\n", palpate_sentence(status)), 1;

@@ -22,8 +22,11 @@ std::optional<TruthInterval> truth_interval(const BodyKnowledge& known) {
       std::isfinite(known.replay_p95_rel) ? squared(known.replay_p95_rel / 1.96) : 0;
   const double all = young + poisson + friction + held + replay;
   const double reach = 1.96 * std::sqrt(all);
-  return TruthInterval{std::expm1(-reach), std::expm1(reach), young / all, poisson / all,
-                       friction / all,     held / all,        replay / all};
+  return TruthInterval{
+      std::expm1(-reach), std::expm1(reach),
+      young / all,        poisson / all,
+      friction / all,     std::isfinite(known.held_share) ? held / all : known.held_share,
+      replay / all};
 }
 
 std::string in_words(const TruthInterval& interval) {
@@ -37,6 +40,7 @@ std::string in_words(const TruthInterval& interval) {
   add(interval.friction, "friction");
   add(interval.held, "what is held");
   add(interval.replay, "the replay");
+  if (std::isnan(interval.held)) by += "; what is held was not tried";
   return fmt::format("forces of the body itself: 95 % within {:.0f} to +{:.0f} % of the asset's{}",
                      100 * interval.low_rel, 100 * interval.high_rel, by);
 }

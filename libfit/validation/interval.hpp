@@ -10,8 +10,8 @@ struct BodyKnowledge {
   double young_deviation = 0;  ///< over Young's modulus
   double poisson = 0.5, poisson_deviation = 0;
   double friction = 0, friction_deviation = 0;  ///< the latter over the coefficient
-  double held_share = 0;                        ///< of a press's force, from where the body is held
-  double replay_p95_rel = 0;                    ///< of the statement; 0: not known yet
+  double held_share = 0;      ///< of a press's force, from where the body is held; NaN: not tried
+  double replay_p95_rel = 0;  ///< of the statement; 0: not known yet
 };
 
 /// Sizes of forces of the body itself over those of its asset, less 1: 95 of 100 lie between low

@@ -24,16 +24,22 @@ ErrorFigures figures(const std::vector<double>& size, const std::vector<double>&
           stated_quantile(relative, 1)};
 }
 
+double share(std::size_t of, std::size_t all) {
+  return all == 0 ? kNoNumber : static_cast<double>(of) / static_cast<double>(all);
+}
+
 // (M11a)
 void add_force(const Comparison& compared, double floor_N, StatedError& stated) {
   std::vector<double> size, error, relative, magnitude, direction;
-  double largest_N = 0;  // of either
-  std::size_t unnoticed = 0;
+  std::size_t judged = 0, unnoticed = 0;
   for (const Eigen::Index row : compared.rows) {
     size.push_back(compared.force_N(row));
     error.push_back(compared.error_N(row));
-    largest_N = std::max({largest_N, size.back(), compared.answer.force_N.row(row).norm()});
-    unnoticed += compared.is_unnoticed(row);
+    if (std::max(size.back(), compared.answer.force_N.row(row).norm()) >
+        perception().force_floor_N) {
+      ++judged;
+      unnoticed += compared.is_unnoticed(row);
+    }
     if (size.back() <= floor_N) continue;
     relative.push_back(relative_error(error.back(), size.back(), floor_N));
     magnitude.push_back(compared.magnitude_rel(row, floor_N));
@@ -43,8 +49,7 @@ void add_force(const Comparison& compared, double floor_N, StatedError& stated) 
   stated.force = figures(size, error, relative);
   stated.magnitude = {stated_quantile(magnitude, 0.5), stated_quantile(magnitude, 0.95)};
   stated.direction_deg = {stated_quantile(direction, 0.5), stated_quantile(direction, 0.95)};
-  if (largest_N > perception().force_floor_N)
-    stated.unnoticed = static_cast<double>(unnoticed) / static_cast<double>(size.size());
+  if (judged > 0) stated.unnoticed = share(unnoticed, judged);
 }
 
 // (M58a)
@@ -172,10 +177,6 @@ SlipOnset slip_onset(const Comparison& compared) {
   return {place_m.size(), spread(place_m), spread(force_N)};
 }
 
-double share(std::size_t of, std::size_t all) {
-  return all == 0 ? kNoNumber : static_cast<double>(of) / static_cast<double>(all);
-}
-
 }  // namespace
 
 const std::vector<StatedError>& Statement::lines_of(std::string_view section) const {
@@ -198,8 +199,8 @@ double Comparison::direction_deg(Eigen::Index row) const {
 bool Comparison::is_unnoticed(Eigen::Index row) const {
   const double asked_N = force_N(row), answered_N = answer.force_N.row(row).norm();
   const Perception& known = perception();
-  return is_within_threshold(std::abs(answered_N - asked_N), asked_N,
-                             answer.is_sliding[row] != 0) &&
+  const double least = answer.is_sliding[row] ? known.force_in_motion : known.force_at_rest;
+  return std::abs(answered_N - asked_N) <= least * asked_N &&
          (std::min(asked_N, answered_N) <= known.force_floor_N ||
           direction_deg(row) <= known.direction_deg);
 }

@@ -135,10 +135,11 @@ std::string of_hand(const Statement& s) {
     return fmt::format("no force reaches {}, the least that a person feels\n",
                        newtons(known.force_floor_N));
   std::string words = wrapped(fmt::format(
-      "{} of rows are within what a person notices: force {}, {} of one that slides, {}; direction "
-      "{:.0f} degrees",
-      percent(s.all.unnoticed, 0), percent(known.force_at_rest, 0),
-      percent(known.force_in_motion, 0), newtons(known.force_floor_N), known.direction_deg));
+      "of rows above {} a person would not notice the error in {}: less than {} of the force, {} "
+      "of "
+      "one that slides, and {:.0f} degrees",
+      newtons(known.force_floor_N), percent(s.all.unnoticed, 0), percent(known.force_at_rest, 0),
+      percent(known.force_in_motion, 0), known.direction_deg));
   if (!std::isnan(s.all.handle.p95_rel))
     words += wrapped(fmt::format(
         "torque at a handle {:.0f} mm away: {} (p95) of {:.3g} N mm (median); a person notices {}",
@@ -197,29 +198,35 @@ std::string verdict(const Statement& s) {
   std::string words = worst;
   if (best != worst) words += worst == "poor" && best == "good" ? " to " + best : " or " + best;
   words[0] = static_cast<char>(words[0] - 'a' + 'A');
-  words += fmt::format(": 19 of 20 forces are right to {} in size", percent(size.p95));
-  if (!std::isnan(size.p95_low))
-    words += fmt::format(" ({} to {} if all places were tried)", percent(size.p95_low),
-                         percent(size.p95_high));
-  if (!std::isnan(turned.p95))
-    words += fmt::format(" and to {:.2g} degrees in direction", turned.p95);
+  words += fmt::format(": 19 of 20 forces are off by less than {}", percent(p95_rel));
+  if (!std::isnan(s.p95_rel_low))
+    words += fmt::format(" ({} to {} if all places were known)", percent(s.p95_rel_low),
+                         percent(s.p95_rel_high));
+  words += fmt::format(": {} in size", percent(size.p95));
+  if (!std::isnan(turned.p95)) words += fmt::format(", {:.2g} degrees in direction", turned.p95);
   if (!std::isnan(there.p95))
-    words += fmt::format(", in slides where stiffness changes most to {}", percent(there.p95));
-  if (!std::isnan(s.all.handle.p95_rel))
-    words +=
-        fmt::format(", torque at the handle (not graded) to {}", percent(s.all.handle.p95_rel));
-  if (s.shape.rows > 0 && !std::isnan(s.shape.near.p95_m))
-    words += fmt::format(", the surface near the tool to {:.2g} mm", 1e3 * s.shape.near.p95_m);
+    words += fmt::format("; {} in size where the body changes most", percent(there.p95));
+  words += std::isnan(s.all.unnoticed)
+               ? fmt::format(
+                     ". No force here reaches {}, the least that a person feels: are length "
+                     "unit and moduli right?",
+                     newtons(known.force_floor_N))
+               : fmt::format(". A person would notice the error in {} of the rows above {}.",
+                             percent(1 - s.all.unnoticed, 0), newtons(known.force_floor_N));
   if (s.slip_onset.paths > 0)
-    words += fmt::format(", slip begins within {:.2g} mm and {} (p95)",
-                         1e3 * s.slip_onset.place_m.p95, newtons(s.slip_onset.force_N.p95));
-  if (std::isnan(s.all.unnoticed))
-    return words + fmt::format(
-                       ". No force here reaches {}, the least that a person feels: are length unit "
-                       "and moduli right?",
-                       newtons(known.force_floor_N));
-  return words + fmt::format("; a person notices the error in {} of the rows.",
-                             percent(1 - s.all.unnoticed, 0));
+    words += fmt::format(" Slip begins within {:.2g} mm and {} (p95 of {}).",
+                         1e3 * s.slip_onset.place_m.p95, newtons(s.slip_onset.force_N.p95),
+                         counted(static_cast<std::int64_t>(s.slip_onset.paths), "path", "paths"));
+  if (!std::isnan(s.all.handle.p95_rel))
+    words += fmt::format(" Torque at a handle is right to {}.", percent(s.all.handle.p95_rel));
+  if (s.shape.rows > 0 && !std::isnan(s.shape.near.p95_m))
+    words +=
+        fmt::format(" The surface near the tool is right to {:.2g} mm.", 1e3 * s.shape.near.p95_m);
+  if (s.interval)
+    words += fmt::format(" Forces of the body itself are within {:.0f} to +{:.0f} % of these{}.",
+                         100 * s.interval->low_rel, 100 * s.interval->high_rel,
+                         std::isnan(s.interval->held) ? ", what holds it not counted" : "");
+  return words;
 }
 
 namespace {
@@ -272,9 +279,9 @@ std::vector<std::string> advice(const Statement& s) {
     if (cause && cause->name == remedy.cause) out.emplace_back(remedy.sentence);
   if (!cause)
     out.emplace_back(
-        "What it is made of is not known: set causes = true in [validate] and run without --quick "
-        "to see which part to improve; more test points in [experiments] are the first thing to "
-        "try.");
+        "More test points in [experiments] are the first thing to try; causes = true in "
+        "[validate], "
+        "without --quick, says which part to improve.");
   return out;
 }
 

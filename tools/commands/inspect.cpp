@@ -151,6 +151,9 @@ std::string page_of(const std::string& name, const AssetFile& file) {
   std::string made = meta.value("program", std::string("a program that is not told"));
   if (const Json inputs = meta.value(kInputsAttribute, Json()); inputs.is_string())
     made += ", from inputs " + inputs.get<std::string>();
+  if (const Json changed = meta.value("changed", Json()); changed.is_object())
+    for (const auto& [what, value] : changed.items())
+      made += fmt::format(", {} {} at export", what, value.dump());
   return fmt::format("{}: palpate asset, version {}", name, asset.file.version) +
          row("body", body_text(asset, surface)) + row("window", window_text(asset, surface)) +
          row("probe", probe_text(asset, meta)) + row("curves", curves_text(asset)) +

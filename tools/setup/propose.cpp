@@ -202,7 +202,7 @@ std::string body_text(const ProposedBody& body, const ChosenTissue& chosen, cons
       body.divided_from.empty()
           ? ""
           : fmt::format(
-                "# {} with its triangles divided at the window, where they were too large.\n",
+                "# {} with its triangles divided at the window, where they were too large, in m.\n",
                 body.divided_from.filename().string());
   return fmt::format(
       "# {}\n"
@@ -210,7 +210,7 @@ std::string body_text(const ProposedBody& body, const ChosenTissue& chosen, cons
       "# Next: palpate check THIS_FILE, then palpate run THIS_FILE -o out\n\n"
       "[body]\n"
       "{}{} = {}\n"
-      "length_unit = \"{}\"              # mesh files carry none\n"
+      "length_unit = \"{}\"              # of this file; mesh files do not say\n"
       "{}{}{}",
       chosen.origin, body.mesh.filename().string(),
       size_in_words(body.facts.extent_m, body.facts.volume_m3), divided,
