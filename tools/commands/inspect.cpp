@@ -136,7 +136,6 @@ std::string statement_text(const std::string& name, const Json& meta) {
   statement["tick_ns"] = nullptr, statement["asset_bytes"] = 0;  // of one writing of the asset
   const auto stated = validation::parse_statement(statement.dump(), name);
   std::string text = validation::wrapped(validation::verdict(stated));
-  if (stated.interval) text += validation::wrapped(validation::in_words(*stated.interval));
   text.pop_back();
   return text;
 }
