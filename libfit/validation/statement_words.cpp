@@ -198,34 +198,40 @@ std::string verdict(const Statement& s) {
   std::string words = worst;
   if (best != worst) words += worst == "poor" && best == "good" ? " to " + best : " or " + best;
   words[0] = static_cast<char>(words[0] - 'a' + 'A');
-  words += fmt::format(": 19 of 20 forces are off by less than {}", percent(p95_rel));
+  words += fmt::format(": 19 of 20 forces are within {} of the {}", percent(p95_rel),
+                       s.is_recorded ? "recorded" : "simulated");
   if (!std::isnan(s.p95_rel_low))
-    words += fmt::format(" ({} to {} if all places were known)", percent(s.p95_rel_low),
+    words += fmt::format(" ({} to {}, as few places were tried)", percent(s.p95_rel_low),
                          percent(s.p95_rel_high));
   words += fmt::format(": {} in size", percent(size.p95));
   if (!std::isnan(turned.p95)) words += fmt::format(", {:.2g} degrees in direction", turned.p95);
   if (!std::isnan(there.p95))
-    words += fmt::format("; {} in size where the body changes most", percent(there.p95));
+    words += fmt::format("; {} in size where stiffness changes most", percent(there.p95));
   words += std::isnan(s.all.unnoticed)
                ? fmt::format(
                      ". No force here reaches {}, the least that a person feels: are length "
                      "unit and moduli right?",
                      newtons(known.force_floor_N))
-               : fmt::format(". A person would notice the error in {} of the rows above {}.",
+               : fmt::format(". A person would notice the error in {} of the forces above {}.",
                              percent(1 - s.all.unnoticed, 0), newtons(known.force_floor_N));
+  std::string others;
+  const auto add = [&](const std::string& what) {
+    others += (others.empty() ? " Also off, at most in 19 of 20: " : ", ") + what;
+  };
   if (s.slip_onset.paths > 0)
-    words += fmt::format(" Slip begins within {:.2g} mm and {} (p95 of {}).",
-                         1e3 * s.slip_onset.place_m.p95, newtons(s.slip_onset.force_N.p95),
-                         counted(static_cast<std::int64_t>(s.slip_onset.paths), "path", "paths"));
+    add(fmt::format("the onset of slip by {:.2g} mm and {}", 1e3 * s.slip_onset.place_m.p95,
+                    newtons(s.slip_onset.force_N.p95)));
   if (!std::isnan(s.all.handle.p95_rel))
-    words += fmt::format(" Torque at a handle is right to {}.", percent(s.all.handle.p95_rel));
+    add(fmt::format("torque at a handle by {}", percent(s.all.handle.p95_rel)));
   if (s.shape.rows > 0 && !std::isnan(s.shape.near.p95_m))
-    words +=
-        fmt::format(" The surface near the tool is right to {:.2g} mm.", 1e3 * s.shape.near.p95_m);
+    add(fmt::format("the surface near the tool by {:.2g} mm", 1e3 * s.shape.near.p95_m));
+  if (!others.empty()) words += others + ".";
   if (s.interval)
-    words += fmt::format(" Forces of the body itself are within {:.0f} to +{:.0f} % of these{}.",
-                         100 * s.interval->low_rel, 100 * s.interval->high_rel,
-                         std::isnan(s.interval->held) ? ", what holds it not counted" : "");
+    words += fmt::format(
+        " A real body's forces may be {:.0f} % lower to {:.0f} % higher, by how well its material "
+        "{} known.",
+        -100 * s.interval->low_rel, 100 * s.interval->high_rel,
+        std::isnan(s.interval->held) ? "(not its support) is" : "and support are");
   return words;
 }
 

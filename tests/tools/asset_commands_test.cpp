@@ -30,7 +30,7 @@ TEST_F(AssetCommands, inspect_is_a_page_that_a_person_reads) {
         "\n              x 0 to 80, y 0 to 80, z 0 to 30 mm\n", "\n  window      ",
         "\n  probe       sphere, friction 0.3, radius 8 mm, played as a ball\n",
         "\n  curves      family ", "fitted to a depth of ", "\n  certificate ",
-        ": 19 of 20 forces are off by less than ", "\n  size        ", "\n  made by     palpate "})
+        ": 19 of 20 forces are within ", "\n  size        ", "\n  made by     palpate "})
     EXPECT_TRUE(holds(outcome.out, line));
   EXPECT_EQ(outcome.out.find('{'), std::string::npos) << outcome.out;
   EXPECT_LE(std::ranges::count(outcome.out, '\n'), 24) << "lines of a screen: " << outcome.out;
