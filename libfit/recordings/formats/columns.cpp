@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 
 #include "libfit/core/text.hpp"
 #include "libfit/recordings/formats/importers.hpp"
@@ -254,12 +255,20 @@ NamedColumns columns_named(const std::vector<std::string>& header) {
                               std::pair{&force, Dimension::force},
                               std::pair{&time, Dimension::time}};
   std::array<std::vector<std::string>, 3> by_unit;  // names that are not known, by their brackets
+  // Those that begin or end with an axis, by the rest and the unit.
+  std::array<std::map<std::string, QuantityNames>, 2> by_axis;
   for (const std::string& name : header) {
     const auto [stem, unit] = stem_and_unit(name);
     const Stem* row = stem_named(stem);
     if (!row) {
       for (std::size_t k = 0; k < quantities.size(); ++k)
         if (unit_factor(split_unit(name).second, quantities[k].second)) by_unit[k].push_back(name);
+      for (std::size_t k = 0; k < by_axis.size() && stem.size() > 1; ++k)
+        for (const std::size_t at : {std::size_t{0}, stem.size() - 1})
+          if (stem[at] >= 'x' && stem[at] <= 'z' && unit_factor(unit, quantities[k].second))
+            by_axis[k][std::string(stem).replace(at, 1, "*") + " " + unit]
+                .axes[stem[at] - 'x']
+                .push_back(name);
       continue;
     }
     const Dimension dimension = quantity_of(row->meaning)->dimension;
@@ -278,6 +287,11 @@ NamedColumns columns_named(const std::vector<std::string>& header) {
   for (std::size_t k = 0; k < quantities.size(); ++k)
     if (!is_named(*quantities[k].first) && by_unit[k].size() == 1)
       quantities[k].first->alone = by_unit[k];
+  for (std::size_t k = 0; k < by_axis.size(); ++k) {
+    std::erase_if(by_axis[k], [](const auto& names) { return !names.second.has_three(); });
+    if (!is_named(*quantities[k].first) && by_axis[k].size() == 1)
+      *quantities[k].first = by_axis[k].begin()->second;
+  }
   if (!is_named(place) || !is_named(force) || (place.is_empty() && force.is_empty())) return {};
   for (const auto& [found, dimension] : quantities)
     if (found->is_empty() && !found->odd.empty())

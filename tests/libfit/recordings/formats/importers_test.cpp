@@ -264,6 +264,22 @@ TEST_F(ImportersTest, a_compression_test_below_a_preamble_names_its_columns) {
   EXPECT_DOUBLE_EQ(r.push_N[1], 3);
 }
 
+TEST_F(ImportersTest, three_names_that_differ_in_an_axis_are_what_their_unit_says) {
+  ReadSettings s;
+  s.is_force_on_tool = false;
+  const std::string rows = "\n0,1,2,3,4,5,6\n1,1,2,3,4,5,6\n";
+  for (const char* header :
+       {"clock [ms],stage_x [mm],stage_y [mm],stage_z [mm],load_x [mN],load_y [mN],load_z [mN]",
+        "clock [ms],TipX (mm),TipY (mm),TipZ (mm),x_cell_mN,y_cell_mN,z_cell_mN"}) {
+    const auto r = read(header + rows, s)[0];
+    EXPECT_DOUBLE_EQ(r.time_s[1], 1e-3);
+    EXPECT_TRUE(r.position_m.row(1).isApprox(Vec3(1e-3, 2e-3, 3e-3).transpose()));
+    EXPECT_TRUE(r.force_N.row(1).isApprox(Vec3(4e-3, 5e-3, 6e-3).transpose()));
+  }
+  const std::string two = "aX (mm),aY (mm),aZ (mm),bX (mm),bY (mm),bZ (mm),F (N)";
+  EXPECT_NE(refusal(two + rows, s), "") << "no guess between two";
+}
+
 // What the Python package afmformats writes: comments, one of which names the columns, and rows.
 TEST_F(ImportersTest, a_table_of_afmformats_is_read_by_the_numbers_of_its_columns) {
   ReadSettings s = axial();
