@@ -57,6 +57,24 @@ TEST(contact_surface, of_a_window_is_a_height_field_that_faces_outward) {
   EXPECT_LT(largest_off_ball_m(made, contacts), 0.05 * made.spacing_m);
 }
 
+// Once it reached two spacings beyond them, where it was 5 mm off and curled up.
+TEST(contact_surface, ends_soon_beyond_the_contacts_and_is_right_there) {
+  Contacts contacts{Points(6, 3), Points(6, 3), Eigen::VectorXd::Constant(6, 1e-5)};
+  for (int i = 0; i < 6; ++i) {
+    const double tilt = i == 5 ? 0 : 0.18, turn = 0.4 * 3.14159265358979 * i;
+    const Vec3 outward(std::sin(tilt) * std::cos(turn), std::sin(tilt) * std::sin(turn),
+                       std::cos(tilt));
+    contacts.position.row(i) = kRadius_m * outward;
+    contacts.normal.row(i) = -outward;
+  }
+  const ContactSurface made = surface_from_contacts(contacts);
+  for (const auto& vertex : made.surface.vertices.rowwise()) {
+    EXPECT_LT((contacts.position.rowwise() - vertex).rowwise().norm().minCoeff(),
+              1.6 * made.spacing_m);  // along a slope it is farther than in the plane
+    EXPECT_NEAR(vertex.norm(), kRadius_m, 0.03 * made.spacing_m);
+  }
+}
+
 TEST(contact_surface, passes_through_every_contact_noise_and_all) {
   const Contacts contacts = on_ball(80, 0.1, 2e-4);
   const Points& vertices = surface_from_contacts(contacts).surface.vertices;
