@@ -49,7 +49,8 @@ double jitter_of(const PointData& point, const PointExperiment& e) {
 }
 
 // The outward stroke: of a drag its rows until the lateral deflection first shrinks by more than
-// noise, of a press on a body that sways until the depth does. force: what the drag adds to that of a press as deep.
+// noise, of a press on a body that sways until the depth does. force: what the drag adds to that of
+// a press as deep.
 struct Stroke {
   std::vector<std::size_t> row;
   std::vector<double> dr, force;  // lateral
