@@ -86,18 +86,18 @@ TEST(readme, states_times_and_rivals_as_measured) {
        R"re(\n10050,rings,stick,engine,warm,([0-9]+))re", 1e-3},
       {"([0-9.]+) µs while it slides", "tick.csv", R"re(\n10050,rings,slip,engine,warm,([0-9]+))re",
        1e-3},
-      {"20 simulated points is ([0-9.]+) %", "rivals.csv",
+      {"20 places only, ([0-9.]+) %", "rivals.csv",
        R"re(\nliver,Palpate,"[^"]*",20,20,24,206,([0-9.]+))re", 100},
       {"one spring [^%]* ([0-9.]+) %", "rivals.csv",
        R"re(\nliver,"proxy, one spring","[^"]*",0,20,[0-9]+,[0-9]+,([0-9.]+))re", 100},
       {"linear body ([0-9.]+) %", "rivals.csv",
        R"re(\nliver,"Green's functions","[^"]*",1566,20,[0-9]+,[0-9]+,([0-9.]+))re", 100},
-      {"154 nodes that a millisecond allows ([0-9.]+) %", "rivals.csv",
+      {"154 nodes that a millisecond allows, ([0-9.]+) %", "rivals.csv",
        R"re(\nliver,"corotational FEM","[^"]*",154,20,[0-9]+,[0-9]+,([0-9.]+))re", 100},
   };
   for (const auto& [stated, table, pattern, factor] : cases)
     EXPECT_EQ(figure(page, stated), measured(table, pattern, factor)) << stated;
-  EXPECT_EQ(figure(page, "two cores a run takes ([0-9.]+) of that time"),
+  EXPECT_EQ(figure(page, "Two cores take ([0-9.]+) of them"),
             measured("cluster.csv", R"re(\nthreads,1,10045,([0-9.]+))re", 1 / 391.3));
 }
 

@@ -40,7 +40,7 @@ TEST_F(Run, makes_everything_once_in_six_lines_then_only_what_changed) {
                             "[^\\n]*report[^\\n]*\\n")))
       << first.out;
   EXPECT_TRUE(first.log.starts_with("palpate run ")) << first.log;
-  for (const char* note : {"held: ", "  family ", "  residual: ", "within what a person notices"})
+  for (const char* note : {"held: ", "  family ", "  residual: ", "a person would not notice"})
     EXPECT_TRUE(holds(first.log, note));
   for (const char* file : kFiles) EXPECT_TRUE(fs::exists(folder / "out" / file)) << file;
   EXPECT_TRUE(holds(first.log, "force error at 2 held-out contact points"));
