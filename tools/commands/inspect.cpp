@@ -132,7 +132,7 @@ std::string curves_text(const runtime::AssetView& asset) {
 std::string statement_text(const std::string& name, const Json& meta) {
   Json statement = meta.value("statement", Json());
   if (!statement.is_object() || !statement.contains("force_error"))
-    return "none: `palpate validate` makes one, and `run` writes it into the asset";
+    return "none: `palpate validate --statement` makes one";
   statement["tick_ns"] = nullptr, statement["asset_bytes"] = 0;  // of one writing of the asset
   const auto stated = validation::parse_statement(statement.dump(), name);
   std::string text = validation::wrapped(validation::verdict(stated));

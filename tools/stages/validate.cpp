@@ -67,7 +67,8 @@ bool is_alike(const nlohmann::json& a, const nlohmann::json& b) {
   return true;
 }
 
-// An asset played against another tool than its own differs by what the tools do.
+// An asset played against another tool than its own differs by what the tools do, and one that was
+// changed by what was.
 void warn_of_other_probe(const std::filesystem::path& path, std::string_view meta_json,
                          const ProbeSpec& wanted) {
   const auto meta = nlohmann::json::parse(meta_json, nullptr, false);
@@ -81,6 +82,9 @@ void warn_of_other_probe(const std::filesystem::path& path, std::string_view met
         "right it is for the scene's",
         path.string(), probe_words(meta["probe"]), probe_words(scene));
   }
+  if (meta.is_object() && meta.contains("changed"))
+    warn("{}: export changed it ({}): the scene needs the same change", path.string(),
+         meta["changed"].dump());
 }
 
 // Draws the held-out experiments of a scene and simulates them, but for those that `reference.h5`

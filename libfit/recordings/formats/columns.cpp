@@ -57,7 +57,7 @@ struct Stem {
   std::string_view names;  ///< with blanks between; English, German, French, Spanish, Italian
 };
 constexpr auto kStems = std::to_array<Stem>({
-    {Meaning::time, -1, "t time zeit temps tiempo tempo"},
+    {Meaning::time, -1, "t time clock zeit temps tiempo tempo"},
     {Meaning::depth, -1,
      "depth indentation travel displacement compression d weg tiefe "
      "eindringtiefe verfahrweg profondeur d\xC3\xA9placement deplacement "

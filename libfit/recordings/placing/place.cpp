@@ -174,8 +174,8 @@ std::optional<Registration> place_on_body(const BatchOptions& options,
         refuse(c,
                "lies " + (places[i] ? millimetres(places[i]->distance_m) : std::string("nowhere")) +
                    " from the surface",
-               "Register the rig to the body ([registration] of the manifest), or raise "
-               "place_tolerance (" +
+               "Register the rig to the body ([registration] of the manifest), say positions = "
+               "\"center\" where they are a ball's centre, or raise place_tolerance (" +
                    millimetres(options.place_tolerance_m) + ").");
         continue;
       }
