@@ -135,9 +135,8 @@ std::string of_hand(const Statement& s) {
     return fmt::format("no force reaches {}, the least that a person feels\n",
                        newtons(known.force_floor_N));
   std::string words = wrapped(fmt::format(
-      "of rows above {} a person would not notice the error in {}: less than {} of the force, {} "
-      "of "
-      "one that slides, and {:.0f} degrees",
+      "of rows above {} a person would not notice the error in {}: less than {} of the force, "
+      "{} of one that slides, and {:.0f} degrees",
       newtons(known.force_floor_N), percent(s.all.unnoticed, 0), percent(known.force_at_rest, 0),
       percent(known.force_in_motion, 0), known.direction_deg));
   if (!std::isnan(s.all.handle.p95_rel))
@@ -286,8 +285,7 @@ std::vector<std::string> advice(const Statement& s) {
   if (!cause)
     out.emplace_back(
         "More test points in [experiments] are the first thing to try; causes = true in "
-        "[validate], "
-        "without --quick, says which part to improve.");
+        "[validate], without --quick, says which part to improve.");
   return out;
 }
 

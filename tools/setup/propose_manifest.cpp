@@ -217,9 +217,8 @@ void add_group(const FilesAlike& group, const fs::path& base, const Surface* sur
   const bool has_place = r.contact_m && r.inward;
   if (!has_place) {
     lines.emplace_back(
-        "# position = [\"0 mm\", \"0 mm\", \"0 mm\"]  # where on the body, and inward: no file "
-        "says "
-        "it");
+        "# position = [\"0 mm\", \"0 mm\", \"0 mm\"]  # where on the body, and inward: "
+        "no file says it");
     lines.emplace_back("# normal = [0, 0, -1]");
     out.warnings.push_back(fmt::format("{}: say position and normal of each recording", shown));
   }

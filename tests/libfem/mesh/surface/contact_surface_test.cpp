@@ -59,14 +59,7 @@ TEST(contact_surface, of_a_window_is_a_height_field_that_faces_outward) {
 
 // Once it reached two spacings beyond them, where it was 5 mm off and curled up.
 TEST(contact_surface, ends_soon_beyond_the_contacts_and_is_right_there) {
-  Contacts contacts{Points(6, 3), Points(6, 3), Eigen::VectorXd::Constant(6, 1e-5)};
-  for (int i = 0; i < 6; ++i) {
-    const double tilt = i == 5 ? 0 : 0.18, turn = 0.4 * 3.14159265358979 * i;
-    const Vec3 outward(std::sin(tilt) * std::cos(turn), std::sin(tilt) * std::sin(turn),
-                       std::cos(tilt));
-    contacts.position.row(i) = kRadius_m * outward;
-    contacts.normal.row(i) = -outward;
-  }
+  const Contacts contacts = on_ball(6, 0.008, 1e-5);
   const ContactSurface made = surface_from_contacts(contacts);
   for (const auto& vertex : made.surface.vertices.rowwise()) {
     EXPECT_LT((contacts.position.rowwise() - vertex).rowwise().norm().minCoeff(),
