@@ -97,7 +97,7 @@ TEST(readme, states_times_and_rivals_as_measured) {
   };
   for (const auto& [stated, table, pattern, factor] : cases)
     EXPECT_EQ(figure(page, stated), measured(table, pattern, factor)) << stated;
-  EXPECT_EQ(figure(page, "Two cores take ([0-9.]+) of them"),
+  EXPECT_EQ(figure(page, "Two cores take ([0-9.]+) of the time"),
             measured("cluster.csv", R"re(\nthreads,1,10045,([0-9.]+))re", 1 / 391.3));
 }
 
