@@ -33,10 +33,8 @@ const Perception& perception() {
   return numbers;
 }
 
-bool is_within_threshold(double error_N, double force_N, bool is_in_motion) {
-  const Perception& known = perception();
-  const double share = is_in_motion ? known.force_in_motion : known.force_at_rest;
-  return error_N <= std::max(known.force_floor_N, share * force_N);
+bool is_within_threshold(double error_N, double force_N) {
+  return error_N <= std::max(perception().force_floor_N, perception().force_at_rest * force_N);
 }
 
 }  // namespace palpate

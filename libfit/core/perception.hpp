@@ -13,7 +13,7 @@ struct Perception {
 };
 const Perception& perception();
 
-/// True if a person does not notice that force_N [N] is off by error_N.
-bool is_within_threshold(double error_N, double force_N, bool is_in_motion = false);
+/// True where error_N [N] is at most max(0.04 N, 7 % of force_N), as within_jnd counts it.
+bool is_within_threshold(double error_N, double force_N);
 
 }  // namespace palpate

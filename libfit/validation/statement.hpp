@@ -40,7 +40,8 @@ struct Comparison {
   /// Error of the force's size over the reference's, of at least floor_N.
   double magnitude_rel(Eigen::Index row, double floor_N) const;
   double direction_deg(Eigen::Index row) const;  ///< between both forces; NaN without one of them
-  /// A person does not notice the error of size or direction (data/perception.toml).
+  /// A person does not notice the error of its size and direction, in a force above 0.04 N
+  /// (data/perception.toml).
   bool is_unnoticed(Eigen::Index row) const;
   /// Torque of the reference about a point of the shaft, and the answer's error [N m].
   Vec3 torque_Nm(Eigen::Index row, double lever_m) const {
@@ -92,7 +93,7 @@ struct StatedError {
   ErrorFigures force = {};       ///< [N]
   Spread magnitude = {};         ///< error of the force's size over it
   Spread direction_deg = {};     ///< angle between the force and the reference's [degrees]
-  double unnoticed = kNoNumber;  ///< share of rows; no number where no force is noticeable
+  double unnoticed = kNoNumber;  ///< share of rows above 0.04 N; no number: none is
   ErrorFigures torque = {};      ///< [N m], about the centre of a ball
   ErrorFigures handle = {};      ///< [N m], about the grip
   double tick_ns = kNoNumber;    ///< of all tools together; no number where it was not timed
