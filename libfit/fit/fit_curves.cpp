@@ -113,9 +113,9 @@ bool is_dragged(const std::vector<fit::CurveRows>& rows) {
 }
 
 // The prior of a body's rings by the points that were dragged, for all of them. Theory's stays
-// where none was.
+// where none was; of a body that sways it says nothing.
 void settle_rings(const Samples& samples, const fit::BodyData& body,
-                  const std::vector<fit::CurveRows>& rows, const FitOptions& options,
+                  const std::vector<fit::CurveRows>& rows, bool sways, const FitOptions& options,
                   BodyBases& bases) {
   if (bases.family != CurveFamily::rings) return;
   const fit::Bases plain(bases.plain, bases.family);
@@ -134,9 +134,11 @@ void settle_rings(const Samples& samples, const fit::BodyData& body,
   for (const auto& point : found)
     if (point) points.push_back(*point);
   if (points.empty()) return;
-  bases.rings = fit::ring_lines(
-      points, fit::kUsualRings,
-      samples.probe ? std::optional(bases.rings.constant) : std::optional<fit::RingConstants>());
+  const bool has_side = bases.rings.has_side;
+  bases.rings = fit::ring_lines(points, fit::kUsualRings,
+                                samples.probe && !sways ? std::optional(bases.rings.constant)
+                                                        : std::optional<fit::RingConstants>());
+  bases.rings.has_side = has_side;
 }
 
 // Fits points into their rows of `fitted`.
@@ -200,7 +202,8 @@ bool may_sway(const Samples& samples) {
 }
 
 // Rows as they are or without the body's sway, whichever lets held-out rows be predicted better:
-// without it the family is rings.
+// without it the family is rings. Where the sway explains what a press adds sideways, presses have
+// no side forces: fitted to it they would stay when the contact slides.
 Reading settle_reading(const Samples& samples, const FitOptions& options) {
   Reading plain = read_rows(samples, options, 0);
   if (options.sways == false || plain.family.family != CurveFamily::rings ||
@@ -208,18 +211,25 @@ Reading settle_reading(const Samples& samples, const FitOptions& options) {
     return plain;
   FitOptions rings = options;
   rings.family = CurveFamily::rings;
+  std::string& reason = plain.family.reason;
   const auto judged = [&](const Reading& reading) {
     return fit::judge_family(reading.body, reading.rows, reading.bases, rings);
+  };
+  const auto note = [&](const char* what, const fit::FamilyEvidence& found) {
+    reason += what + percent(found.median_error) + ", " + percent(found.p95_error);
   };
   const fit::FamilyEvidence without = judged(plain);
   // A muscle held at its ends has 12 % (p95) so, 35 and 38 where all or nothing is subtracted.
   for (const double share : {1.0, 0.5, 0.25}) {
     Reading local = read_rows(samples, rings, share);
     const fit::FamilyEvidence with = judged(local);
-    plain.family.reason += "; rings on a body that sways " + percent(with.median_error) + ", " +
-                           percent(with.p95_error);
-    if (!fit::improves_by_sway(without, with)) continue;
-    local.family = {CurveFamily::rings, true, plain.family.reason};
+    note("; rings on a body that sways ", with);
+    if (!fit::predicts_better(without, with)) continue;
+    local.bases.rings.has_side = false;
+    const fit::FamilyEvidence sideless = judged(local);
+    local.bases.rings.has_side = fit::predicts_better(sideless, with);
+    if (!local.bases.rings.has_side) note("; without side forces ", sideless);
+    local.family = {CurveFamily::rings, true, reason};
     return local;
   }
   return options.sways ? read_rows(samples, rings, 1) : plain;
@@ -231,7 +241,7 @@ FittedCurves fit_slow_rows(const Samples& samples, const FitOptions& wanted,
   FitOptions options = wanted.warm_start != nullptr ? fit::as_before(wanted) : wanted;
   Reading reading = settle_reading(samples, options);
   auto& [body, rows, bases, family] = reading;
-  settle_rings(samples, body, rows, options, bases);
+  settle_rings(samples, body, rows, family.sways, options, bases);
   FittedCurves fitted = fit::no_curves(samples, body, bases);
   const auto results = fit_points(samples, body, rows, bases, options, progress, fitted);
   fitted.recordings = fit::collect_nuisances(body, results);

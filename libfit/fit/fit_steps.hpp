@@ -58,11 +58,11 @@ struct FamilyEvidence {
 FamilyEvidence judge_family(const BodyData& body, const std::vector<CurveRows>& rows,
                             const BodyBases& bases, const FitOptions& options);
 
-/// Decides that a body's computed sway, which adds no unknown, is subtracted: p95 is lower by a
-/// tenth and the median no higher, or the median is lower by a tenth and p95 not worse by one; not
-/// where it leaves a tenth of the rows unjudged. Of a few dragged points p95 is that of the one
-/// beside a fold.
-bool improves_by_sway(const FamilyEvidence& without, const FamilyEvidence& with);
+/// True where something that a fit may take is worth it, such as a body's computed sway: p95 is
+/// lower by a tenth and the median no higher, or the median is lower by a tenth and p95 not worse
+/// by one; not where it leaves a tenth of the rows unjudged. Of a few dragged points p95 is that of
+/// the one beside a fold.
+bool predicts_better(const FamilyEvidence& without, const FamilyEvidence& with);
 
 /// By how much ln lambda, mu_0, mu_1 D and gamma D of a body's points differ from their lines, D
 /// the depth of its deepest row: friction by as much there as at first touch.

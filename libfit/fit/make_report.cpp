@@ -118,7 +118,7 @@ FamilyEvidence judge_family(const BodyData& body, const std::vector<CurveRows>& 
   return {median(errors), lower_quantile(errors, 0.95), errors.size()};
 }
 
-bool improves_by_sway(const FamilyEvidence& without, const FamilyEvidence& with) {
+bool predicts_better(const FamilyEvidence& without, const FamilyEvidence& with) {
   // A sway that takes more than the deflection off leaves points without rows.
   if (double(with.rows) < kWorthIt * double(without.rows)) return false;
   const bool has_lower_p95 =

@@ -29,6 +29,7 @@ struct RingPrior {
   RingConstants constant{-0.405, 0.3, 0, 0};
   double slope = 0;                             ///< of ln lambda
   bool is_of_drags = false;                     ///< else theory's
+  bool has_side = true;                         ///< presses have side forces, g of (B1)
   double log_force = 0;                         ///< where the line has `constant`
   RingConstants deviation{0.3, 0.1, 0.3, 0.1};  ///< of a point
 

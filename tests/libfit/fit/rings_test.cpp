@@ -14,6 +14,7 @@ namespace {
 struct RingBody {
   Recorder rig;
   std::vector<RingTruth> truth;
+  bool has_side = true;
 
   // A press and, where it is dragged, a way there and back at two depths.
   void add(unsigned seed, bool is_dragged, std::optional<double> lambda = {},
@@ -27,6 +28,9 @@ struct RingBody {
     if (friction) truth.back().control[runtime::kFriction] = {*friction};
     truth.back().control[runtime::kSpread] = {spread_1_m};
     if (!sway_m_N.empty()) truth.back().control[runtime::kSway] = sway_m_N;
+    if (!has_side)
+      for (const int part : {runtime::kSide2, runtime::kSide3})
+        truth.back().control[part] = {0, 0, 0};
     std::mt19937 random(seed);
     std::normal_distribution<double> noise;
     const auto record = [&](ExperimentKind kind, const std::vector<Vec3>& rows) {
@@ -164,19 +168,25 @@ TEST(fitted_rings, have_a_bed_of_two_pieces_that_presses_choose_also_on_a_body_t
 }
 
 // Its presses move sideways against the surface around them, but as the sway says: they tell no
-// lambda.
+// lambda. Of a thin wall lambda is far from theory's, and presses have no side forces: slides on a
+// bowel were off by 16 %.
 TEST(fitted_rings, of_a_press_on_a_body_that_sways_are_those_of_the_drags) {
   const std::vector<double> sway{0.02, 0.01, 0.012, 0.002, -0.001, 0.003};
-  RingBody body;
-  for (unsigned seed = 1; seed <= 4; ++seed) body.add(seed, seed < 4, 0.7, 0.3, 0, sway);
-  // The sway is not known exactly, least of all where nothing was dragged.
-  body.rig.samples.point_sway = Eigen::RowVectorXd::Map(sway.data(), 6).replicate(4, 1);
-  body.rig.samples.point_sway(3, 3) = -0.002;
-  FitReport report;
-  const FittedCurves fitted = body.fit(&report);
-  ASSERT_TRUE(report.family.sways) << report.family.reason;
-  EXPECT_NEAR(fitted.curves.control[runtime::kLambda](3, 0), 0.7, 0.01);
-  EXPECT_NEAR(fitted.curves.control[runtime::kFriction](3, 0), 0.3, 0.01);
+  for (const double lambda : {0.7, 4.0}) {
+    RingBody body;
+    body.has_side = lambda < 1;
+    for (unsigned seed = 1; seed <= 4; ++seed) body.add(seed, seed < 4, lambda, 0.3, 0, sway);
+    body.probe_with(0.02, 0.3);
+    // The sway is not known exactly, least of all where nothing was dragged.
+    body.rig.samples.point_sway = Eigen::RowVectorXd::Map(sway.data(), 6).replicate(4, 1);
+    body.rig.samples.point_sway(3, 3) = -0.002;
+    FitReport report;
+    const FittedCurves fitted = body.fit(&report);
+    ASSERT_TRUE(report.family.sways) << report.family.reason;
+    EXPECT_NEAR(fitted.curves.control[runtime::kLambda](3, 0) / lambda, 1, 0.02);
+    EXPECT_NEAR(fitted.curves.control[runtime::kFriction](3, 0), 0.3, 0.01);
+    EXPECT_EQ(fitted.curves.control[runtime::kSide2].row(3).norm() > 1e-3, body.has_side);
+  }
 }
 
 // Once all of it was, where an earlier fit had chosen a share, and nothing was left of the rows.
@@ -314,13 +324,13 @@ TEST(family_evidence, of_a_computed_sway_may_be_the_median) {
   fit::FamilyEvidence without, with;
   without.median_error = 0.027, without.p95_error = 0.131;
   with.median_error = 0.023, with.p95_error = 0.136;
-  EXPECT_TRUE(fit::improves_by_sway(without, with));
+  EXPECT_TRUE(fit::predicts_better(without, with));
   with.p95_error = 0.15;
-  EXPECT_FALSE(fit::improves_by_sway(without, with)) << "p95 is worse by more than a tenth";
+  EXPECT_FALSE(fit::predicts_better(without, with)) << "p95 is worse by more than a tenth";
   with.median_error = 0.026, with.p95_error = 0.136;
-  EXPECT_FALSE(fit::improves_by_sway(without, with)) << "the median is hardly better";
+  EXPECT_FALSE(fit::predicts_better(without, with)) << "the median is hardly better";
   with.p95_error = 0.1;
-  EXPECT_TRUE(fit::improves_by_sway(without, with));
+  EXPECT_TRUE(fit::predicts_better(without, with));
 }
 
 // Its tool does not leave the normal; the surface around it does, forth and back.
