@@ -89,7 +89,7 @@ const HollowOrgan* hollow_organ(const Surface& surface, const SurfaceFacts& fact
   const HollowOrgan* organ = hollow_organ_of_name(mesh.stem().string());
   if (organ == nullptr || facts.cavities > 0) return nullptr;
   const std::string wall = fmt::format("{:.3g} mm", 1e3 * organ->wall_m);
-  if (with_wall(surface, organ->wall_m).lumens == 0) {
+  if (!leaves_lumen(surface, organ->wall_m)) {
     scene.warnings.push_back(
         fmt::format("a {} is hollow, but a wall of {} leaves no lumen in this mesh: it stays solid",
                     organ->name, wall));

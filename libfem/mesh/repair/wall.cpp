@@ -29,36 +29,42 @@ class DeepNodes {
     spacing_m_ = std::max(0.5 * wall_m, std::cbrt(extent.prod() / 4e6));
     for (int k = 0; k < 3; ++k) size_[k] = 2 + static_cast<int>(extent[k] / spacing_m_);
     const BoxTree boxes = triangle_boxes(outer);
-    depth_m_.assign(size_[0] * size_[1] * size_[2], 0);
-    for (std::size_t i = 0; i < depth_m_.size(); ++i) {
-      const Vec3 at = place(i);
-      if (closest_point(outer, boxes, at, wall_m) || !is_inside(outer, boxes, at)) continue;
-      depth_m_[i] = closest_point(outer, boxes, at)->distance_m;
+    std::vector<char> is_far(size_[0] * size_[1] * size_[2]);
+    for (std::size_t node = 0; node < is_far.size(); ++node)
+      is_far[node] = !closest_point(outer, boxes, place(node), wall_m);
+    // A part that hangs together is inside or outside as a whole. Its deepest node is the last that
+    // layers taken off from its rim reach.
+    std::vector<char> is_left = is_far;
+    for (std::size_t first = 0; first < is_far.size(); ++first) {
+      if (!is_left[first]) continue;
+      const std::vector<std::size_t> part = taken(is_left, {first});
+      if (is_inside(outer, boxes, place(first)))
+        seeds_.push_back(place(by_layers(is_far, part).back()));
     }
   }
 
-  // The deepest node of each part that hangs together.
-  std::vector<Vec3> seeds() const {
-    std::vector<Vec3> out;
-    std::vector<char> is_visited(depth_m_.size(), 0);
-    for (std::size_t first = 0; first < depth_m_.size(); ++first) {
-      if (!(depth_m_[first] > 0) || is_visited[first]) continue;
-      std::size_t deepest = first;
-      std::vector<std::size_t> left{first};
-      is_visited[first] = 1;
-      while (!left.empty()) {
-        const std::size_t node = left.back();
-        left.pop_back();
-        if (depth_m_[node] > depth_m_[deepest]) deepest = node;
-        for (const std::size_t next : neighbours(node))
-          if (depth_m_[next] > 0 && !is_visited[next]) is_visited[next] = 1, left.push_back(next);
-      }
-      out.push_back(place(deepest));
-    }
-    return out;
-  }
+  // The deepest node of each part.
+  const std::vector<Vec3>& seeds() const { return seeds_; }
 
  private:
+  // `from` and the nodes that hang together with them, the nearest first; is_left loses them.
+  std::vector<std::size_t> taken(std::vector<char>& is_left, std::vector<std::size_t> from) const {
+    for (const std::size_t node : from) is_left[node] = 0;
+    for (std::size_t at = 0; at < from.size(); ++at)
+      for (const std::size_t next : neighbours(from[at]))
+        if (is_left[next]) is_left[next] = 0, from.push_back(next);
+    return from;
+  }
+  std::vector<std::size_t> by_layers(std::vector<char> is_left,
+                                     const std::vector<std::size_t>& part) const {
+    std::vector<std::size_t> rim;
+    for (const std::size_t node : part) {
+      const auto next = neighbours(node);
+      if (next.size() < 6 || std::ranges::any_of(next, [&](auto at) { return !is_left[at]; }))
+        rim.push_back(node);
+    }
+    return taken(is_left, std::move(rim));
+  }
   std::array<std::size_t, 3> index(std::size_t node) const {
     return {node % size_[0], node / size_[0] % size_[1], node / (size_[0] * size_[1])};
   }
@@ -80,7 +86,7 @@ class DeepNodes {
   Vec3 low_;
   double spacing_m_ = 0;
   std::array<std::size_t, 3> size_{};
-  std::vector<double> depth_m_;  // 0 of nodes that are not deeper than the wall
+  std::vector<Vec3> seeds_;
 };
 
 // Fills thickness_m and solid_share, by the centroids of the outer surface's triangles.
@@ -118,6 +124,10 @@ Walled with_lumen_inward(const Surface& outer, Surface lumen) {
 }
 
 }  // namespace
+
+bool leaves_lumen(const Surface& outer, double wall_m) {
+  return !DeepNodes(outer, wall_m).seeds().empty();
+}
 
 Walled with_wall(const Surface& outer, double wall_m) {
   if (!(wall_m > 0)) throw Error("wall", "is not positive", "Give the thickness of the wall.");

@@ -22,6 +22,9 @@ struct Walled {
 /// body of volume V.
 Walled with_wall(const Surface& outer, double wall_m);
 
+/// True where that has a lumen, in a part of the time.
+bool leaves_lumen(const Surface& outer, double wall_m);
+
 /// The same with a closed surface as the lumen. Throws Error where a vertex of it is not inside
 /// `outer`. where: the file of the lumen, for messages.
 Walled with_lumen(const Surface& outer, Surface lumen, const std::string& where);
