@@ -200,8 +200,9 @@ std::string verdict(const Statement& s) {
   words += fmt::format(": 19 of 20 forces are within {} of the {}", percent(p95_rel),
                        s.is_recorded ? "recorded" : "simulated");
   if (!std::isnan(s.p95_rel_low))
-    words += fmt::format(" ({} to {}, as few places were tried)", percent(s.p95_rel_low),
-                         percent(s.p95_rel_high));
+    words += s.p95_rel_high > 10 ? " (too few places to tell)"  // ten times the force: no bound
+                                 : fmt::format(" ({} to {}, as few places were tried)",
+                                               percent(s.p95_rel_low), percent(s.p95_rel_high));
   words += fmt::format(": {} in size", percent(size.p95));
   if (!std::isnan(turned.p95)) words += fmt::format(", {:.2g} degrees in direction", turned.p95);
   if (!std::isnan(there.p95))
@@ -241,6 +242,7 @@ std::vector<std::string> recorded_advice(const Statement& s) {
   std::vector<std::string> out;
   const double p95_rel = s.all.force.p95_rel;
   const StatedError* fitted = worst(s.lines_of("fitted"));
+  const bool is_scan = !s.lines_of("by_motion").empty();  // its surface was found with its curves
   if (fitted && fitted->force.p95_rel > 0.5 * p95_rel)
     out.push_back(fmt::format(
         "The curves miss the recordings that they were fitted to by {} (p95): see the worst points "
@@ -249,9 +251,12 @@ std::vector<std::string> recorded_advice(const Statement& s) {
   for (const StatedError& simpler : s.lines_of("baselines"))
     if (simpler.force.p95_rel < 0.9 * p95_rel)
       out.push_back(fmt::format(
-          "{} is off by less, {}: the surface or its normals may not be where the tool touched.",
-          simpler.name, percent(simpler.force.p95_rel)));
-  if (out.empty()) out.emplace_back("Most of it lies between the points: press more of them.");
+          "{} is off by less, {}: {}.", simpler.name, percent(simpler.force.p95_rel),
+          is_scan ? "scan with measured poses, a force sensor and several depths at each place"
+                  : "the surface or its normals may not be where the tool touched"));
+  if (out.empty())
+    out.emplace_back(is_scan ? "Most of it lies between the passes: record more of them."
+                             : "Most of it lies between the points: press more of them.");
   return out;
 }
 

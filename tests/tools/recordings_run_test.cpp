@@ -257,6 +257,20 @@ std::string press_file(double x_mm, double y_mm, double bias_N) {
   return text;
 }
 
+// Three lines at 2 N: a path of less than four diagonals of its region.
+TEST(New, proposes_a_scan_of_few_lines) {
+  const Folder folder;
+  std::string text = "t_s,x_mm,y_mm,z_mm,fx_N,fy_N,fz_N\n";
+  for (int i = 0; i < 450; ++i)
+    text += fmt::format("{},{},{},{},{},0,2\n", i / 60.0, 0.2 * std::abs((i + 150) % 300 - 150),
+                        0.02 * i, 1e-3 * (i * i % 7), i / 150 % 2 == 0 ? 0.6 : -0.6);
+  fs::create_directory(folder / "rig");
+  folder.write("rig/a.csv", text);
+  const Outcome proposed = palpate(folder, "new --recordings rig -o m.toml");
+  ASSERT_EQ(proposed.status, 0) << proposed.err;
+  EXPECT_TRUE(holds(content_of(folder / "m.toml"), "kind = \"scan\""));
+}
+
 // Presses deeper than a scan make curves together with it, and later ones are corrected as it is.
 TEST(Run, makes_one_asset_of_a_scan_and_presses) {
   const Folder folder;

@@ -131,7 +131,8 @@ void check_contact(const Signal& signal, const Approach& approach, const std::st
     throw Error(place(file, signal, approach.range.end - 1),
                 "no contact: the force rises by " + number(rise_N) +
                     " N on the way in, its noise is " + number(approach.noise_N) + " N",
-                "Press deeper, or remove the recording.");
+                signal.is_axial ? "Press deeper, or remove the recording."
+                                : "Press deeper; or, where the tool slides, say kind = \"scan\".");
 }
 
 // Refuses depth and force that both have the other sign: the recording first goes out by as much as

@@ -250,17 +250,32 @@ TEST(scan, curves_of_a_known_surface_are_of_its_vertices) {
   EXPECT_LT(stated_quantile(off, 0.5), 0.05);
 }
 
-TEST(scan, forces_without_a_common_direction_are_refused) {
-  Samples s = KnownBody().scanned(0.5e-3);
+TEST(scan, forces_without_a_common_direction_or_in_another_frame_are_refused) {
+  KnownBody body;
+  Samples s = body.scanned(0.5e-3);
   std::mt19937 random(kSeed);
   std::normal_distribution<double> noise(0, 1);
   for (double& f : s.force.reshaped()) f = noise(random);
-  try {
-    scan::identify(s);
-    FAIL() << "seed " << kSeed;
-  } catch (const Error& e) {
-    EXPECT_NE(std::string(e.what()).find("no common direction"), std::string::npos) << e.what();
-  }
+  body.at.recording.number.segment<3>(scan::kTurn) << 0.2, 0, 1;
+  for (const auto& [scanned, words] :
+       {std::pair(s, "no common direction"), std::pair(body.scanned(0.5e-3), "turned by 5")})
+    try {
+      scan::identify(scanned);
+      FAIL() << "seed " << kSeed;
+    } catch (const Error& e) {
+      EXPECT_NE(std::string(e.what()).find(words), std::string::npos) << e.what();
+    }
+}
+
+TEST(scan, numbers_below_their_standard_errors_are_left_out) {
+  Samples s = KnownBody().scanned(0.5e-3);
+  std::mt19937 random(10);  // a turn of 0.12 +- 0.13 rad stayed with this seed
+  std::normal_distribution<double> noise(0, 0.4);
+  for (double& f : s.force.reshaped()) f += noise(random);
+  const scan::ScanFit fit = scan::identify(s);
+  EXPECT_EQ(fit.recording.number.segment<3>(scan::kTurn).norm(), 0);
+  const auto warns = [](const std::string& n) { return n.find("a warning") != std::string::npos; };
+  EXPECT_TRUE(std::ranges::any_of(fit.notes, warns));
 }
 
 TEST(scan, a_later_recording_finds_its_bias_by_rows_in_the_air) {

@@ -81,6 +81,10 @@ TEST(statement, a_verdict_names_the_grades_at_both_ends_of_its_band) {
             "Poor to good: 19 of 20 forces are within 9.0 % of the simulated (5.2 % to 22.3 %, as "
             "few places were tried): 9.0 % in size, 0 degrees in direction. A person would notice "
             "the error in 17 % of the forces above 40 mN.");
+  Statement few = summarize(rows);
+  few.p95_rel_high = 3e5;
+  EXPECT_NE(verdict(few).find("9.0 % of the simulated (too few places to tell)"),
+            std::string::npos);
 }
 
 TEST(statement, a_verdict_counts_slides_where_the_body_changes) {
@@ -123,6 +127,15 @@ TEST(statement, a_poor_asset_ends_with_what_to_do_about_it) {
   Rows noisy{{1, 0.15}};
   noisy.reference.force_error[0] = 0.12;
   EXPECT_NE(advice(summarize(noisy)).at(0).find("force_tolerance = 0.04"), std::string::npos);
+}
+
+TEST(statement, advice_on_a_scan_is_not_of_its_surface) {
+  Statement s = summarize({{1, 0.3}});
+  s.is_recorded = true;
+  s.sections = {{"by_motion", "by motion", {line("sliding", {{1, 0.3}})}}};
+  EXPECT_EQ(advice(s).at(0), "Most of it lies between the passes: record more of them.");
+  s.sections.push_back({"baselines", "baselines", {line("nearest_rows", {{1, 0.1}})}});
+  EXPECT_NE(advice(s).at(0).find("several depths at each place"), std::string::npos);
 }
 
 TEST(statement, sections_of_any_name_are_read_back_in_order_and_said) {

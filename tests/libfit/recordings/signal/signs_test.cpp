@@ -58,5 +58,22 @@ TEST(signal, a_normal_that_points_outward_is_told_by_both_signs) {
       << refusal_of(raw, Vec3(0, 0, 1));
 }
 
+/// Lines to and fro at 2 N, whatever the depth.
+TEST(signal, a_scan_under_force_control_with_the_sign_reversed_says_so) {
+  importers::RawRecording raw;
+  raw.position_m = raw.force_N = Points::Zero(480, 3);
+  for (int i = 0; i < 480; ++i) {
+    const double heading = i / 40 % 2 == 0 ? 1 : -1, place = heading * (i % 40 - 19.5);
+    raw.time_s.push_back(i / 60.0), raw.line.push_back(static_cast<std::size_t>(i) + 1);
+    raw.position_m.row(i) << 1e-3 * place, 1e-4 * i, -1e-6 * place * place;
+    raw.force_N.row(i) << 0.6 * heading, 0, -2;
+  }
+  SignalSettings scan;
+  scan.kind = ExperimentKind::scan;
+  EXPECT_EQ(condition_scan(raw, scan, {}, "a.csv").size(), 12);
+  raw.force_N *= -1;
+  EXPECT_THROW(condition_scan(raw, scan, {}, "a.csv"), Error);
+}
+
 }  // namespace
 }  // namespace palpate::recordings
