@@ -144,11 +144,9 @@ void say_coverage(const ScanIdentification& fit, const Walked& walked, const Mas
     out.notes.emplace_back(
         "the tool hardly lifts off, and a turned frame and a tilted surface answer alike: the turn "
         "may be off by 5 degrees, more than its error says");
-  // Six scans have 0.10 to 1.07. Four of them are warned of, all from half on, two from twice.
-  const double moved = stated_quantile(correction_N, 0.5) / stated_quantile(force_N, 0.5);
-  out.notes.push_back(fmt::format("bias, turn and drift move the forces by {} (median){}",
-                                  stated_percent(moved),
-                                  moved > 0.2 ? ": a warning, zero the sensor in air" : ""));
+  out.notes.push_back(fmt::format(
+      "bias, turn and drift move the forces by {} (median)",
+      stated_percent(stated_quantile(correction_N, 0.5) / stated_quantile(force_N, 0.5))));
   const auto squares = std::ranges::count(has_rows, 1);
   out.notes.push_back(fmt::format(
       "{} passes, {} rows over {:.3g} cm2; {:.2g} to {:.2g} mm deep, {:.2g} to {:.2g} mm/s (p5, "

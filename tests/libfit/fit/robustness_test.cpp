@@ -250,17 +250,6 @@ TEST(bad_point, whose_forces_fall_with_depth_is_marked) {
   EXPECT_NE(bad.message.find("residual is"), std::string::npos) << bad.message;
 }
 
-TEST(bad_point, with_contradicting_forces_at_one_depth_gets_their_middle) {
-  Recorder rig;
-  const int p = rig.add_point(Vec3::UnitY());
-  for (const double factor : {0.9, 1.0, 1.1})
-    rig.press(
-        p, [factor](double d) { return factor * kNormal(d); }, 0.01, 10);
-  const FittedCurves fitted = fit_curves(rig.samples, kSeparable);
-  EXPECT_LT(relative_rmse(fitted_curve(fitted, 0, CurveKind::normal), kNormal, 0.01), 0.01);
-  EXPECT_GT(fitted.covariance[0](0, 0), 0);
-}
-
 TEST(fit, rows_not_good_are_left_out_and_a_drag_ends_at_the_first) {
   Recorder rig;
   record_all(rig, rig.add_point(Vec3::UnitX()));

@@ -99,7 +99,6 @@ bool sways_far(const Samples& samples) {
   // A muscle held at its ends moves by 0.7 of a press, a bust by 0.4 and a toy on two feet by 0.35,
   // a stomach by 0.28, livers by 0.15 to 0.24. With 40 points that are all dragged the muscle is
   // off by 11 % (p95), with 199 of which six are by 23; the toy by 35 and 48.
-  constexpr double kFar = 0.3;
   std::vector<double> share;
   for (Eigen::Index row = 0; row < samples.rows() && samples.point_sway.rows() > 0; ++row)
     if (samples.kind[row] == ExperimentKind::press)
@@ -107,7 +106,7 @@ bool sways_far(const Samples& samples) {
                        samples.force.row(row).transpose())
                           .norm() /
                       samples.deflection.row(row).norm());
-  return median(share) > kFar;
+  return median(share) > 0.3;
 }
 
 PlacementRound judge_round(const Samples& samples, const Model& model,
@@ -227,7 +226,7 @@ class PlacementRounds {
     }
     simulate(placement_.points);
     fit(nullptr);
-    // A few drags do not identify other families, nor tell where a body's own motion ends.
+    // A few drags identify neither other families nor a body that sways far.
     press_alone_ = !has_drags_ || (are_few_ && are_rings() && !sways_far(placement_.samples));
     if (are_few_ && !press_alone_) {
       placement_.quick = {};
