@@ -17,7 +17,7 @@ struct Walled {
 
 /// The body between a closed surface, outward, and the surface that lies wall_m [m] inside it,
 /// solid where it is thinner than two walls: the lumens are what lies deeper than wall_m, wrapped
-/// from within by edges of about half a wall, so that narrower passages are closed. No lumen where
+/// from within by edges of 0.65 walls, so that narrower passages are closed. No lumen where
 /// nothing lies so deep. Throws Error where wall_m is not positive. O(V / wall_m^3 log T) for a
 /// body of volume V.
 Walled with_wall(const Surface& outer, double wall_m);
