@@ -62,16 +62,6 @@ TEST(PointsToDrag, are_those_whose_press_came_to_its_end_as_long_as_there_are_en
   EXPECT_TRUE(points_to_drag(presses).empty());
 }
 
-TEST(PointsToDrag, are_all_on_a_body_that_goes_with_the_tool) {
-  Samples presses = presses_of({{0.3, 0}, {0.3, 0}});
-  presses.deflection.col(2) = 1e-3 * presses.force.col(2);
-  EXPECT_FALSE(sways_far(presses)) << "nothing is known";
-  presses.point_sway = Eigen::RowVectorXd{{0, 0, 2e-4, 0, 0, 0}}.replicate(2, 1);
-  EXPECT_FALSE(sways_far(presses));
-  presses.point_sway *= 2;
-  EXPECT_TRUE(sways_far(presses));
-}
-
 TEST(PointsToDrag, are_all_where_there_are_few) {
   EXPECT_EQ(points_to_drag(presses_of({{0.2, 0}, {0.3, 0.5}, {0.1, 0.1}})),
             (std::vector<std::size_t>{0, 1, 2}));

@@ -95,20 +95,6 @@ int round_size(int points, bool is_quick, bool is_within) {
   return std::clamp((is_quick ? 2 : 1) * points / 4, 4, is_within ? kJudged : 64);
 }
 
-bool sways_far(const Samples& samples) {
-  // A muscle held at its ends moves by 0.7 of a press, a bust by 0.4 and a toy on two feet by 0.35,
-  // a stomach by 0.28, livers by 0.15 to 0.24. With 40 points that are all dragged the muscle is
-  // off by 11 % (p95), with 199 of which six are by 23; the toy by 35 and 48.
-  std::vector<double> share;
-  for (Eigen::Index row = 0; row < samples.rows() && samples.point_sway.rows() > 0; ++row)
-    if (samples.kind[row] == ExperimentKind::press)
-      share.push_back((symmetric_of(samples.point_sway.row(samples.point[row])) *
-                       samples.force.row(row).transpose())
-                          .norm() /
-                      samples.deflection.row(row).norm());
-  return median(share) > 0.3;
-}
-
 PlacementRound judge_round(const Samples& samples, const Model& model,
                            const std::vector<std::int32_t>& vertices,
                            const std::vector<FitStatus>& fits) {
@@ -160,8 +146,7 @@ struct Placement {
 /// simulates there and adds them, until two rounds or more in a row, of twelve new points, were
 /// predicted within the tolerance (p95 of force errors at points whose own fit is not poor) or the
 /// budget is spent. Says the error of each round. With rings a few of the first points are dragged
-/// and all others pressed alone, on one mesh where that is good enough (M13e), but on a body that
-/// sways far all are dragged. A first
+/// and all others pressed alone, on one mesh where that is good enough (M13e). A first
 /// point that is pressed on one mesh is pressed once more when its factor is known; nothing else is
 /// simulated twice, in this run or a resumed one. The same scene gives the same points whatever the
 /// number of threads.
@@ -226,14 +211,13 @@ class PlacementRounds {
     }
     simulate(placement_.points);
     fit(nullptr);
-    // A few drags identify neither other families nor a body that sways far.
-    press_alone_ = !has_drags_ || (are_few_ && are_rings() && !sways_far(placement_.samples));
-    if (are_few_ && !press_alone_) {
+    if (are_few_ && !are_rings()) {  // a few drags do not identify other families
       placement_.quick = {};
       std::fill(effort.begin(), effort.end(), Effort{true, 0});
       simulate(placement_.points);
       fit(nullptr);
     }
+    press_alone_ = !has_drags_ || (are_few_ && are_rings());
     budget_ = press_alone_ ? wanted_.budget : std::min(wanted_.budget, 48);  // five times the time
   }
 

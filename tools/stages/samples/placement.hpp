@@ -35,9 +35,6 @@ PlacementRound judge_round(const Samples& samples, const Model& model,
 /// round before met the tolerance, and this one need only say so again.
 int round_size(int points, bool is_quick, bool is_within);
 
-/// True where a body goes with the tool by more than 0.3 of a press, its median row.
-bool sways_far(const Samples& samples);
-
 /// What simulates the experiments of a scene for a purpose. output: samples.h5 or reference.h5;
 /// empty: nothing is kept.
 SimulateRequest request_for(const Scene& scene, const Body& body, Purpose purpose, int jobs,
@@ -51,7 +48,7 @@ SimulateRequest request_for(const Scene& scene, const Body& body, Purpose purpos
 Samples simulate_scene(const Scene& scene, const Body& body, const SimulateRequest& request,
                        std::optional<Samples> known = std::nullopt);
 
-/// Points that are dragged first where the body does not sway far, and solved on two meshes: those from which the rings of a body
+/// Points that are dragged first, and solved on two meshes: those from which the rings of a body
 /// and the error of presses on one mesh are known. Four on the phantom miss how rings change above
 /// its tumour (p95 back and forth 8.6 % in place of 3).
 inline constexpr std::size_t kFirstDrags = 6;
