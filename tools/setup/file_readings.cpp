@@ -207,6 +207,7 @@ bool is_scan(const ItemResult& result, double least) {
       squares += flat * flat.transpose(), sum += flat, ++rows;
     }
   }
+  if (rows == 0) return false;
   const Mat3 spread = squares / rows - sum * sum.transpose() / (rows * rows);
   const double size_m = region.diagonal().norm(), across_m2 = symmetric_eigen(spread).values[1];
   return aside_m > 0.1 * inward_m && aside_m > least * size_m &&

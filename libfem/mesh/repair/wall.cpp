@@ -37,7 +37,7 @@ class DeepNodes {
     std::vector<char> is_left = is_far;
     for (std::size_t first = 0; first < is_far.size(); ++first) {
       if (!is_left[first]) continue;
-      const std::vector<std::size_t> part = taken(is_left, {first});
+      const std::vector<std::size_t> part = flooded(is_left, {first});
       if (is_inside(outer, boxes, place(first)))
         seeds_.push_back(place(by_layers(is_far, part).back()));
     }
@@ -47,14 +47,17 @@ class DeepNodes {
   const std::vector<Vec3>& seeds() const { return seeds_; }
 
  private:
-  // `from` and the nodes that hang together with them, the nearest first; is_left loses them.
-  std::vector<std::size_t> taken(std::vector<char>& is_left, std::vector<std::size_t> from) const {
+  // Returns `from` and the nodes that hang together with them, the nearest first; is_left loses
+  // them.
+  std::vector<std::size_t> flooded(std::vector<char>& is_left,
+                                   std::vector<std::size_t> from) const {
     for (const std::size_t node : from) is_left[node] = 0;
     for (std::size_t at = 0; at < from.size(); ++at)
       for (const std::size_t next : neighbours(from[at]))
         if (is_left[next]) is_left[next] = 0, from.push_back(next);
     return from;
   }
+  // Returns the nodes of a part from its rim inward.
   std::vector<std::size_t> by_layers(std::vector<char> is_left,
                                      const std::vector<std::size_t>& part) const {
     std::vector<std::size_t> rim;
@@ -63,7 +66,7 @@ class DeepNodes {
       if (next.size() < 6 || std::ranges::any_of(next, [&](auto at) { return !is_left[at]; }))
         rim.push_back(node);
     }
-    return taken(is_left, std::move(rim));
+    return flooded(is_left, std::move(rim));
   }
   std::array<std::size_t, 3> index(std::size_t node) const {
     return {node % size_[0], node / size_[0] % size_[1], node / (size_[0] * size_[1])};

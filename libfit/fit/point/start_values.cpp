@@ -125,8 +125,8 @@ Eigen::Vector4d start_side(const PointData& point) {
 
 void start_rings(const PointData& point, const CurveRows& rows, const CurveBasis& normal,
                  const RingPrior& prior, PointCurves& out) {
-  // Lambda is 3.5 to 4.3 on a bowel, whose wall dents by bending and stretches aside: it is off by
-  // 10.9 % (p95) with half of kMost, by 2.8 with this and by 2.6 with twice that.
+  // Lambda is 3.5 to 4.3 on a bowel, whose wall dents by bending and stretches aside. Its forces
+  // are off by 10.9 % (p95) with half of kMost, by 2.8 with this and by 2.6 with twice that.
   constexpr double kLeastLambda = 0.05, kMost = 6, kMostSide = 10;
   const double most_side = prior.has_side ? kMostSide : 1e-9;
   out.log_force =
