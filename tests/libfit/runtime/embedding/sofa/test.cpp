@@ -52,9 +52,11 @@ int main(int argc, char** argv) {
   float moved_m = 0;
   std::thread simulation([&] {
     std::vector<float> displacement_m;
-    while (!is_over.load())
+    for (bool is_last = false; !is_last;) {
+      is_last = is_over.load();  // before it reads, so that the deepest tick is seen once
       if (body.deform(displacement_m))
         for (const float m : displacement_m) moved_m = std::max(moved_m, m < 0 ? -m : m);
+    }
   });
   bool is_equal = true;
   double largest_N = 0;
