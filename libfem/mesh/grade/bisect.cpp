@@ -85,9 +85,10 @@ class Bisection {
     // A lump's border bends within an element, and halved ones see it; a layer's is flat. Presses
     // on a dome of skin, fat, muscle and tumour take 31, 20, 18 CPU s where 0, 0.03 and 0.08 of the
     // size count as flat, with forces 0.4 and 0.4 % apart; over a tumour alone 0.2 and 1.1 %.
-    is_fine_[t] = size <= wanted &&
-                  (size <= options_.interface_share * wanted || !is_shared({x0, x1, x2, x3}) ||
-                   is_cut_flat({x0, x1, x2, x3}, 0.03 * size));
+    is_fine_[t] =
+        size <= wanted &&
+        (wanted > options_.interface_size_m || size <= options_.interface_share * wanted ||
+         !is_shared({x0, x1, x2, x3}) || is_cut_flat({x0, x1, x2, x3}, 0.03 * size));
     return !is_fine_[t];
   }
 

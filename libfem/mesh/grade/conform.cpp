@@ -86,9 +86,13 @@ class BorderNodes {
 class Conforming : BorderNodes {
  public:
   Conforming(BisectedMesh& mesh, NodePlacement& placed, const Boundary& boundary,
-             const SmoothSurface& surface, const RegionAt& region_at)
-      : BorderNodes(mesh.tets, placed, boundary, surface), mesh_(mesh), region_at_(region_at) {
+             const SmoothSurface& surface, const GradeOptions& options)
+      : BorderNodes(mesh.tets, placed, boundary, surface),
+        mesh_(mesh),
+        region_at_(options.region_at) {
     for (const Vec3& x : at_) sides_.push_back({region_at_(x), region_at_(x)});
+    for (const Vec3& x : at_)
+      is_far_.push_back(wanted_size_m(options, x) > options.interface_size_m);
   }
 
   void run() {
@@ -100,8 +104,9 @@ class Conforming : BorderNodes {
   }
 
  private:
-  // No region is on a side of both ends.
+  // No region is on a side of both ends, of which one is near the contact.
   bool crosses(std::int32_t a, std::int32_t b) const {
+    if (is_far_[a] && is_far_[b]) return false;
     const Sides &p = sides_[a], &q = sides_[b];
     return (!is_border(p) || !is_border(q)) && p[0] != q[0] && p[0] != q[1] && p[1] != q[0] &&
            p[1] != q[1];
@@ -149,6 +154,7 @@ class Conforming : BorderNodes {
     sides_.push_back({sides_[from][0], region_at_(at_[from] + change * (at_[to] - at_[from]))});
     const auto middle = static_cast<std::int32_t>(at_.size());
     at_.push_back(at_[a] + share * (at_[b] - at_[a]));
+    is_far_.push_back(is_far_[a] || is_far_[b]);
     offset_m_.push_back(0);
     mesh_.nodes.push_back(mesh_.nodes[a] + share * (mesh_.nodes[b] - mesh_.nodes[a]));
     movable_.tets_of.emplace_back();
@@ -184,6 +190,7 @@ class Conforming : BorderNodes {
   BisectedMesh& mesh_;
   const RegionAt& region_at_;
   std::vector<Sides> sides_;  // per node
+  std::vector<char> is_far_;  // per node: too far from the contact for borders to matter
 };
 
 TetNodes nodes_of(const QuadraticMesh& mesh, Eigen::Index t) {
@@ -268,8 +275,8 @@ double region_change(const RegionAt& region_at, const Vec3& a, const Vec3& b, do
 }
 
 void conform_to_regions(BisectedMesh& mesh, NodePlacement& placed, const Boundary& boundary,
-                        const SmoothSurface& surface, const RegionAt& region_at) {
-  Conforming(mesh, placed, boundary, surface, region_at).run();
+                        const SmoothSurface& surface, const GradeOptions& options) {
+  Conforming(mesh, placed, boundary, surface, options).run();
 }
 
 std::vector<char> conform_to_held(const BisectedMesh& mesh, NodePlacement& placed,
@@ -311,7 +318,7 @@ void curve_borders(QuadraticMesh& mesh, std::int32_t first, const RegionAt& regi
       if (!is_on_border) continue;
       const Vec3 low = (a + b) / 2 - reach, high = (a + b) / 2 + reach;
       if (region_at(low) == region_at(high)) continue;
-      mesh.nodes.row(node) = low + region_change(region_at, low, high) * (high - low);
+      mesh.nodes.row(node) = low + region_change(region_at, low, high, 1, 16) * (high - low);
       curved.push_back(node);
     }
   std::vector<char> is_curved(mesh.nodes.rows(), 0);

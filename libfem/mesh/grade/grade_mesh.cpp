@@ -194,7 +194,7 @@ QuadraticMesh grade_mesh(const TetMesh& base, const std::vector<char>& is_held,
   if (options.held_at)
     is_border = conform_to_held(mesh, corners, boundary, surface, options.held_at);
   if (options.region_at) {
-    conform_to_regions(mesh, corners, boundary, surface, options.region_at);
+    conform_to_regions(mesh, corners, boundary, surface, options);
     boundary = classify_boundary(base, mesh);
   }
   const NodePlacement middles = place_middles(mesh, boundary, corners.nodes, surface);

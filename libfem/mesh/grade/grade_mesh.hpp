@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "libfem/mesh/grade/smooth_surface.hpp"
@@ -29,6 +30,8 @@ struct GradeOptions {
   /// size(x), before they are made to end there: as large as others, a lump is seen too coarsely.
   RegionAt region_at = {};
   double interface_share = 1;
+  /// Tets may hold several regions where size(x) is larger.
+  double interface_size_m = std::numeric_limits<double>::infinity();
   /// Held places: new nodes there are held, and nodes near the border of what is held are
   /// moved onto it (grade_steps.hpp). Empty: as the base's nodes are.
   HeldAt held_at = {};
@@ -43,7 +46,8 @@ struct GradeOptions {
 ///
 /// Longest edges are halved until every tet is small enough and none has a halved edge: conforming
 /// always. Boundary nodes are then moved onto the smooth surface as far as elements allow, the
-/// inside follows, and with region_at tets end at the border between regions (grade_steps.hpp).
+/// inside follows, and with region_at tets of at most interface_size_m end at the border between
+/// regions (grade_steps.hpp).
 /// `deviation_m` is the largest offset that this left, `contact_deviation_m` the mean of that over
 /// what a contact touches. Where a node in contact is off by more than a twentieth of the finest
 /// h_m, corners are placed by `Placing::spread`, too, and whichever is nearer to the surface there

@@ -163,7 +163,7 @@ double region_change(const RegionAt& region_at, const Vec3& a, const Vec3& b, do
 /// Where the border turns within a tet, or is crossed twice by an edge, the corners do not see it
 /// and the tet holds two regions.
 void conform_to_regions(BisectedMesh& mesh, NodePlacement& placed, const Boundary& boundary,
-                        const SmoothSurface& surface, const RegionAt& region_at);
+                        const SmoothSurface& surface, const GradeOptions& options);
 
 /// Makes the border of what is held a border of elements, as far as nodes can move: of each edge
 /// that crosses it the nearer end is moved onto it, where no tet is spoilt; nodes of the surface go

@@ -46,6 +46,8 @@ QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Vec3& normal
     };
   grade.growth = options.growth * coarsening;
   grade.interface_share = options.interface_share;
+  grade.interface_size_m =
+      grade.growth * options.interface_reach * tool.mesh_length_m(plan.depth_m);
   if (setup.region_at)
     grade.region_at = [this](const Vec3& x) { return setup.region_at(x + origin); };
   const double ring = tool.edge_ring_m();
