@@ -176,20 +176,25 @@ void check_experiments(const Scene& scene, const Body& body) {
                 "Press less deep, or check the unit of depth and length_unit.");
   // A depth beyond the thickness is an error of the scene when it is so at most points; a few
   // points on a thin rim bend out of the way, and their rows tell how far that went.
-  std::optional<Error> first;
-  Eigen::Index refused = 0;
-  const Eigen::Index points = body.test_points.position.rows();
-  for (Eigen::Index p = 0; p < points; ++p) {
+  const std::vector<Error> refused = say_thin_parts(scene, setup, body.test_points);
+  if (2 * std::ssize(refused) > body.test_points.position.rows()) throw in_scene(refused[0]);
+}
+
+std::vector<Error> say_thin_parts(const Scene& scene, const fem::SimulationSetup& setup,
+                                  const TestPoints& points) {
+  std::vector<Error> refused;
+  for (Eigen::Index p = 0; p < points.position.rows(); ++p) {
     try {
-      fem::check_experiments(setup, experiments_of(scene), body.test_points.position.row(p),
-                             body.test_points.normal.row(p));
+      fem::check_experiments(setup, experiments_of(scene), points.position.row(p),
+                             points.normal.row(p));
     } catch (const Error& e) {
-      ++refused;
-      if (!first) first = in_scene(e);
+      refused.push_back(e);
     }
   }
-  if (2 * refused > points) throw *first;
-  if (refused) say("  {} of {} test points are on parts thinner than the depth", refused, points);
+  if (!refused.empty())
+    say("  {} of {} test points are on parts thinner than the depth", refused.size(),
+        points.position.rows());
+  return refused;
 }
 
 std::vector<InclusionSection> parts_of_body(const Scene& scene, const Body& body) {

@@ -39,6 +39,10 @@ Body prepare_body(const Scene& scene, bool surface_only, const Surface* asset = 
 /// Error with the scene's key and a remedy.
 void check_experiments(const Scene& scene, const Body& body);
 
+/// Says how many of the points are on parts thinner than the depth. Returns an error for each.
+std::vector<Error> say_thin_parts(const Scene& scene, const fem::SimulationSetup& setup,
+                                  const TestPoints& points);
+
 /// Reads the body's surface, or its volume with its boundary as surface, mends it and filters its
 /// noise; says what was changed and keeps it in body.mended. An open surface will do where
 /// `surface_only`. Throws Error with a remedy.
