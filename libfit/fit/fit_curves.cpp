@@ -175,14 +175,14 @@ struct Reading {
   FamilyReport family;
 };
 
-Reading read_rows(const Samples& samples, FitOptions options, double sway_share) {
-  Reading out{fit::gather_experiments(samples, sway_share), {}, {}, {}};
+Reading read_rows(const Samples& samples, FitOptions options, const std::vector<Mat3>& sways = {}) {
+  Reading out{fit::gather_experiments(samples, sways), {}, {}, {}};
   fit::add_nuisances(samples, options, out.body);
   for (const fit::PointData& point : out.body.points) out.rows.push_back(fit::curve_rows(point));
   settle_nuisances(samples, out.body, options, out.rows);
   const bool has_drags = is_dragged(out.rows);
   out.family = {options.family.value_or(has_drags ? CurveFamily::rings : CurveFamily::separable),
-                false,
+                !sways.empty(),
                 options.family ? "as asked"
                 : has_drags    ? "there are drags"
                                : "no drags"};
@@ -205,7 +205,7 @@ bool may_sway(const Samples& samples) {
 // without it the family is rings. Where the sway explains what a press adds sideways, presses have
 // no side forces: fitted to it they would stay when the contact slides.
 Reading settle_reading(const Samples& samples, const FitOptions& options) {
-  Reading plain = read_rows(samples, options, 0);
+  Reading plain = read_rows(samples, options);
   if (options.sways == false || plain.family.family != CurveFamily::rings ||
       !is_dragged(plain.rows) || !may_sway(samples))
     return plain;
@@ -215,24 +215,38 @@ Reading settle_reading(const Samples& samples, const FitOptions& options) {
   const auto judged = [&](const Reading& reading) {
     return fit::judge_family(reading.body, reading.rows, reading.bases, rings);
   };
+  // As judged() where a point has no drags, as most have none.
+  const auto judged_by_presses = [&](const Reading& reading) {
+    BodyBases bases = reading.bases;
+    settle_rings(samples, reading.body, reading.rows, true, rings, bases);
+    return std::pair(fit::judge_presses(reading.body, reading.rows, bases, rings), bases.rings);
+  };
   const auto note = [&](const char* what, const fit::FamilyEvidence& found) {
     reason += what + percent(found.median_error) + ", " + percent(found.p95_error);
   };
   const fit::FamilyEvidence without = judged(plain);
   // A muscle held at its ends has 12 % (p95) so, 35 and 38 where all or nothing is subtracted.
   for (const double share : {1.0, 0.5, 0.25}) {
-    Reading local = read_rows(samples, rings, share);
-    const fit::FamilyEvidence with = judged(local);
+    const std::vector<Mat3> sways = fit::sways_of(samples, share);
+    Reading local = read_rows(samples, rings, sways);
+    fit::FamilyEvidence with = judged(local);
     note("; rings on a body that sways ", with);
     if (!fit::predicts_better(without, with)) continue;
+    const auto [by_presses, lines] = judged_by_presses(local);
+    Reading turned = read_rows(samples, rings, fit::turned_sways(samples, sways, lines));
+    if (fit::predicts_better(by_presses, judged_by_presses(turned).first)) {
+      local = std::move(turned);
+      with = judged(local);
+      note("; its sway turned ", with);
+    }
     local.bases.rings.has_side = false;
     const fit::FamilyEvidence sideless = judged(local);
     local.bases.rings.has_side = fit::predicts_better(sideless, with);
     if (!local.bases.rings.has_side) note("; without side forces ", sideless);
-    local.family = {CurveFamily::rings, true, reason};
+    local.family.reason = reason;
     return local;
   }
-  return options.sways ? read_rows(samples, rings, 1) : plain;
+  return options.sways ? read_rows(samples, rings, fit::sways_of(samples, 1)) : plain;
 }
 
 FittedCurves fit_slow_rows(const Samples& samples, const FitOptions& wanted,

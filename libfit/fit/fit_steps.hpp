@@ -58,6 +58,19 @@ struct FamilyEvidence {
 FamilyEvidence judge_family(const BodyData& body, const std::vector<CurveRows>& rows,
                             const BodyBases& bases, const FitOptions& options);
 
+/// The same of all rows of dragged points, which are fitted to their presses alone: rings are those
+/// of `bases`, as at points without drags.
+FamilyEvidence judge_presses(const BodyData& body, const std::vector<CurveRows>& rows,
+                             const BodyBases& bases, const FitOptions& options);
+
+/// A share of the sway of each point [m/N].
+std::vector<Mat3> sways_of(const Samples& samples, double share);
+
+/// Sways whose coupling of along and across the normal is such that contacts with these rings need
+/// no side force in presses (M33b), as far as they stay positive definite.
+std::vector<Mat3> turned_sways(const Samples& samples, std::vector<Mat3> sways,
+                               const RingPrior& rings);
+
 /// True where something that a fit may take is worth it, such as a body's computed sway: p95 is
 /// lower by a tenth and the median no higher, or the median is lower by a tenth and p95 not worse
 /// by one; not where it leaves a tenth of the rows unjudged. Of a few dragged points p95 is that of

@@ -218,7 +218,7 @@ Mat3 offset_gradient(const Samples& samples, Eigen::Index point) {
   return principal.eigenvectors() * offset.asDiagonal() * principal.eigenvectors().transpose();
 }
 
-BodyData gather_experiments(const Samples& samples, double sway_share) {
+BodyData gather_experiments(const Samples& samples, const std::vector<Mat3>& sways) {
   check_samples(samples);
   BodyData body;
   body.points.resize(samples.points());
@@ -234,8 +234,8 @@ BodyData gather_experiments(const Samples& samples, double sway_share) {
     PointData& point = body.points[p];
     const bool has_rows = !point.experiments.empty();
     std::erase_if(point.experiments, [](const PointExperiment& e) { return e.row.empty(); });
-    if (sway_share > 0) {
-      point.sway = sway_share * symmetric_of(samples.point_sway.row(p));
+    if (!sways.empty()) {
+      point.sway = sways[p];
       subtract_sway(point);
     }
     point.problem = find_problem(samples, point, counts[p], has_rows);

