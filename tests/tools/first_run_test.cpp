@@ -239,32 +239,21 @@ TEST(check, advises_what_to_change) {
   trial.sticking = 4;
   trial.slipping = 5;
   EXPECT_TRUE(advice(scene, trial).empty());
-  const auto says = [&](Trial changed, const std::string& key) {
+  const auto says = [&](auto Trial::*field, auto value, const std::string& key) {
+    Trial changed = trial;
+    changed.*field = value;
     const auto sentences = advice(scene, changed);
     ASSERT_EQ(sentences.size(), 1u) << key;
     EXPECT_TRUE(holds(sentences[0], key));
   };
-  Trial changed = trial;
-  changed.slipping = 0;
-  says(changed, "drag_distance");
-  changed = trial;
-  changed.sticking = 1;
-  says(changed, "drag_steps");
-  changed = trial;
-  changed.force_N = 0.1;
-  says(changed, "the organ sways");
-  changed = trial;
-  changed.sway_m = 0.028;
-  says(changed, "the force of the press, sideways, moves the body as a whole by 28 mm");
-  changed = trial;
-  changed.held_share = 0.12;
-  says(changed, "12 % of a press's force comes from where the body is held");
-  changed = trial;
-  changed.force_error = 0.2;
-  says(changed, "force_tolerance");
-  changed = trial;
-  changed.good = 9;
-  says(changed, "press less deep");
+  says(&Trial::slipping, 0, "drag_distance");
+  says(&Trial::sticking, 1, "drag_steps");
+  says(&Trial::force_N, 0.1, "the organ sways");
+  says(&Trial::sway_m, 0.028,
+       "the force of the press, sideways, moves the body as a whole by 28 mm");
+  says(&Trial::held_share, 0.12, "12 % of a press's force comes from where the body is held");
+  says(&Trial::force_error, 0.2, "force_tolerance");
+  says(&Trial::good, 9, "press less deep");
 }
 
 }  // namespace

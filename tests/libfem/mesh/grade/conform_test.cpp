@@ -89,13 +89,11 @@ TEST(Conform, a_layer_is_cut_near_the_contact_and_left_in_elements_that_are_larg
   const QuadraticMesh all = pressed_block(layer), near = pressed_block(layer, 0.006);
   EXPECT_LT(near.nodes.rows(), all.nodes.rows());
   EXPECT_GT(tets_across(near, off_m), 0);
-  QuadraticMesh middle = near;
-  Eigen::Index count = 0;
-  for (Eigen::Index t = 0; t < near.tets.rows(); ++t)
-    if ((centroid(near, t) - Vec3(0.05, 0.05, 0.04)).norm() < 0.012)
-      middle.tets.row(count++) = near.tets.row(t);
-  middle.tets.conservativeResize(count, 10);
-  EXPECT_GT(count, 20);
+  const RegionAt at_contact = [](const Vec3& x) {
+    return (x - Vec3(0.05, 0.05, 0.04)).norm() < 0.012;
+  };
+  const QuadraticMesh middle = part_of(near, at_contact, 1);
+  EXPECT_GT(middle.tets.rows(), 20);
   EXPECT_EQ(tets_across(middle, off_m), 0);
 }
 

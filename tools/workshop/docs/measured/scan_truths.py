@@ -14,11 +14,13 @@ out, and of eight presses elsewhere, and stiffness at 0.35 and 0.8 of the depth.
 raster turned by 20 degrees and moved by 30 mm, alone, and with the mesh (body.h5 beside the asset) and
 three landmarks that are 3 mm off; of each the force held out, and stiffness and friction; of the
 registration the error of its turn, of the place of the window's middle, and what it leaves (rms).
+With --balls: the free hand with balls of 0.7 and 1.5 times the radius of the asset's own.
 """
 
 import csv
 import json
 import pathlib
+import re
 import subprocess
 import sys
 
@@ -48,6 +50,8 @@ def save(path, header, *columns):
 class Body:
     """An asset, and coordinates of its window [m]: along, aside, into it."""
 
+    tool = ()  # of replay: the tip
+
     def __init__(self, palpate, asset, folder):
         self.palpate, self.asset, self.folder = palpate, asset, folder
 
@@ -75,14 +79,14 @@ class Body:
         path, forces = self.folder / "path.csv", self.folder / "forces.csv"
         save(path, "t_s,x_m,y_m,z_m", t, self.origin + at @ self.axes)
         # Its status is 3 where a jump from one press to the next ends a contact.
-        command = [self.palpate, "replay", self.asset, path, "-o", forces]
+        command = [self.palpate, "replay", self.asset, path, "-o", forces, *self.tool]
         subprocess.run(command, check=False, capture_output=True)
         out = table(forces, "fx_N", "fy_N", "fz_N", "contact", "depth_m")
         return out[:, :3] @ self.axes.T, out[:, 3:]
 
     def touch(self, at):
         """Third coordinate of the surface at others."""
-        down = np.arange(-0.015, 0.03, 2e-4)
+        down = np.arange(-0.03, 0.03, 2e-4)
         line = np.repeat(at, len(down), axis=0)
         depth = np.tile(down, len(at))
         _, contact = self.replay(1e-3 * np.arange(len(depth)), np.column_stack([line, depth]))
@@ -309,6 +313,21 @@ def on_mesh(palpate, truth, folder):
         print(f"| {truth.asset.parent.stem}, {name} | {found} |", flush=True)
 
 
+def other_balls(palpate, truth, folder):
+    folder.mkdir(parents=True, exist_ok=True)
+    with h5py.File(truth.asset.with_name("body.h5")) as f:
+        scene, radius_m = f["scene/text"][0].decode(), f["probe/radius"][0]
+    for share in (0.7, 1.5):
+        of = Body(palpate, truth.asset, folder)
+        # The scene's [probe] has another radius.
+        ball = re.sub(r"(?s)(\[probe\].*?radius = )[^\n]*", rf"\g<1>{share * radius_m:.6g}", scene)
+        (folder / "tool.toml").write_text(ball)
+        of.tool = ("--tool", folder / "tool.toml")
+        of.find_window()
+        of.depth_m = truth.depth_m
+        line(palpate, of, "hand", folder / f"{share} radii")
+
+
 def registration_of(run):
     with h5py.File(run / "samples.scan_curves.h5") as f:
         number = np.array(f.attrs["recording"].decode().split()[-12:], float)
@@ -317,7 +336,7 @@ def registration_of(run):
 
 def main():
     palpate, out, *assets = sys.argv[1:]
-    truths = {"--presses": presses_beside, "--mesh": on_mesh}
+    truths = {"--presses": presses_beside, "--mesh": on_mesh, "--balls": other_balls}
     chosen = [truths[a] for a in assets if a in truths]
     assets = [a for a in assets if a not in truths]
     for asset in map(pathlib.Path, assets):
