@@ -215,12 +215,6 @@ Reading settle_reading(const Samples& samples, const FitOptions& options) {
   const auto judged = [&](const Reading& reading) {
     return fit::judge_family(reading.body, reading.rows, reading.bases, rings);
   };
-  // As judged() where a point has no drags, as most have none.
-  const auto judged_by_presses = [&](const Reading& reading) {
-    BodyBases bases = reading.bases;
-    settle_rings(samples, reading.body, reading.rows, true, rings, bases);
-    return std::pair(fit::judge_presses(reading.body, reading.rows, bases, rings), bases.rings);
-  };
   const auto note = [&](const char* what, const fit::FamilyEvidence& found) {
     reason += what + percent(found.median_error) + ", " + percent(found.p95_error);
   };
@@ -232,12 +226,17 @@ Reading settle_reading(const Samples& samples, const FitOptions& options) {
     fit::FamilyEvidence with = judged(local);
     note("; rings on a body that sways ", with);
     if (!fit::predicts_better(without, with)) continue;
-    const auto [by_presses, lines] = judged_by_presses(local);
-    Reading turned = read_rows(samples, rings, fit::turned_sways(samples, sways, lines));
-    if (fit::predicts_better(by_presses, judged_by_presses(turned).first)) {
+    // Six points are few for lambda's slope, and where the sway is wrong it may be anything.
+    BodyBases settled = local.bases;
+    settle_rings(samples, local.body, local.rows, true, rings, settled);
+    for (const double slope : {settled.rings.slope, 0.0}) {
+      settled.rings.slope = slope;
+      Reading turned = read_rows(samples, rings, fit::turned_sways(samples, sways, settled.rings));
+      const fit::FamilyEvidence with_turned = judged(turned);
+      if (!fit::predicts_better(with, with_turned)) continue;
+      note("; its sway turned ", with_turned);
       local = std::move(turned);
-      with = judged(local);
-      note("; its sway turned ", with);
+      with = with_turned;
     }
     local.bases.rings.has_side = false;
     const fit::FamilyEvidence sideless = judged(local);

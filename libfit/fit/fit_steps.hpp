@@ -58,11 +58,6 @@ struct FamilyEvidence {
 FamilyEvidence judge_family(const BodyData& body, const std::vector<CurveRows>& rows,
                             const BodyBases& bases, const FitOptions& options);
 
-/// The same of all rows of dragged points, which are fitted to their presses alone: rings are those
-/// of `bases`, as at points without drags.
-FamilyEvidence judge_presses(const BodyData& body, const std::vector<CurveRows>& rows,
-                             const BodyBases& bases, const FitOptions& options);
-
 /// A share of the sway of each point [m/N].
 std::vector<Mat3> sways_of(const Samples& samples, double share);
 

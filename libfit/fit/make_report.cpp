@@ -118,24 +118,6 @@ FamilyEvidence judge_family(const BodyData& body, const std::vector<CurveRows>& 
   return {median(errors), lower_quantile(errors, 0.95), errors.size()};
 }
 
-FamilyEvidence judge_presses(const BodyData& body, const std::vector<CurveRows>& rows,
-                             const BodyBases& bases, const FitOptions& options) {
-  const Bases plain(bases.plain, bases.family);
-  std::vector<double> errors;
-  for (std::size_t p = 0; p < body.points.size(); ++p) {
-    if (!body.points[p].problem.empty() || rows[p].drags == 0) continue;
-    PointData pressed = body.points[p];
-    for (PointExperiment& e : pressed.experiments)
-      if (e.is_drag) std::ranges::fill(e.weight, 0.0);
-    CurveRows alone = rows[p];
-    alone.drags = 0;
-    const PointCurves curves = identify(pressed, alone, bases, plain, options);
-    if (!curves.problem.empty()) continue;
-    for (const std::size_t parity : {0U, 1U}) add_errors(pressed, plain, curves, parity, errors);
-  }
-  return {median(errors), lower_quantile(errors, 0.95), errors.size()};
-}
-
 bool predicts_better(const FamilyEvidence& without, const FamilyEvidence& with) {
   // A sway that takes more than the deflection off leaves points without rows.
   if (double(with.rows) < kWorthIt * double(without.rows)) return false;

@@ -226,7 +226,7 @@ TEST(fitted_rings,
   const FittedCurves fitted = fit_curves(body.rig.samples, options);
   for (int j = 0; j < 6; ++j)
     EXPECT_NEAR(fitted.curves.control[runtime::kSway](0, j), sway[static_cast<std::size_t>(j)],
-                5e-4);
+                1e-8);
 }
 
 // A body that hardly moves is not tried.
