@@ -227,11 +227,12 @@ Reading settle_reading(const Samples& samples, const FitOptions& options) {
     note("; rings on a body that sways ", with);
     if (!fit::predicts_better(without, with)) continue;
     // Six points are few for lambda's slope, and where the sway is wrong it may be anything.
+    const fit::BodyData body = local.body;
     BodyBases settled = local.bases;
-    settle_rings(samples, local.body, local.rows, true, rings, settled);
+    settle_rings(samples, body, local.rows, true, rings, settled);
     for (const double slope : {settled.rings.slope, 0.0}) {
       settled.rings.slope = slope;
-      Reading turned = read_rows(samples, rings, fit::turned_sways(samples, sways, settled.rings));
+      Reading turned = read_rows(samples, rings, fit::turned_sways(body, sways, settled.rings));
       const fit::FamilyEvidence with_turned = judged(turned);
       if (!fit::predicts_better(with, with_turned)) continue;
       note("; its sway turned ", with_turned);

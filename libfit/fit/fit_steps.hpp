@@ -61,9 +61,10 @@ FamilyEvidence judge_family(const BodyData& body, const std::vector<CurveRows>& 
 /// A share of the sway of each point [m/N].
 std::vector<Mat3> sways_of(const Samples& samples, double share);
 
-/// Sways whose coupling of along and across the normal is such that contacts with these rings need
-/// no side force in presses (M33b), as far as they stay positive definite.
-std::vector<Mat3> turned_sways(const Samples& samples, std::vector<Mat3> sways,
+/// Sways [m/N] whose coupling of along and across the normal is such that contacts with these rings
+/// need no side force in presses (M33b), as far as they stay positive definite. body: with `sways`
+/// subtracted.
+std::vector<Mat3> turned_sways(const BodyData& body, std::vector<Mat3> sways,
                                const RingPrior& rings);
 
 /// True where something that a fit may take is worth it, such as a body's computed sway: p95 is

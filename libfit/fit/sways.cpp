@@ -6,33 +6,25 @@
 namespace palpate::fit {
 namespace {
 
-/// Motion across the normal under a unit force along it (M33b). Nothing without a good press.
-std::optional<Vec3> coupling(const Samples& samples, std::size_t point, const Mat3& C,
-                             const RingPrior& rings) {
-  const Vec3 n = samples.point_normal.row(static_cast<Eigen::Index>(point)).transpose();
-  std::vector<Vec3> forces, deflections;
-  double most_N = 0;
-  for (Eigen::Index i = 0; i < samples.rows(); ++i) {
-    const Vec3 force = samples.force.row(i);
-    if (samples.point[i] != static_cast<std::int32_t>(point) ||
-        samples.kind[i] != ExperimentKind::press || samples.status[i] != RowStatus::good ||
-        !(force.dot(n) > 0))
-      continue;
-    forces.push_back(force);
-    deflections.emplace_back(samples.deflection.row(i));
-    most_N = std::max(most_N, force.dot(n));
+/// By how much the motion across the normal under a unit force along it differs from that of the
+/// point's sway by (M33b); zero without a press.
+Vec3 change_of_coupling(const PointData& point, const RingPrior& rings) {
+  double most = 0, square = 0;
+  Vec3 by_rings = Vec3::Zero(), by_sway = Vec3::Zero();  // motion, of rings times lambda
+  for (const PointExperiment& e : point.experiments) {
+    if (e.kind != ExperimentKind::press) continue;
+    for (std::size_t i = 0; i < e.row.size(); ++i) {
+      const double along = e.force[i].dot(point.inward);
+      if (!(along > 0)) continue;
+      by_rings += depth_of(point, e.deflection[i]) * lateral_of(point, e.force[i]);
+      by_sway += along * lateral_of(point, point.sway * e.force[i]);
+      square += along * along;
+      most = std::max(most, along);
+    }
   }
-  if (forces.empty()) return std::nullopt;
-  const double lambda = rings.at(std::log(most_N))[0];
-  Vec3 sum = Vec3::Zero();
-  double square = 0;
-  for (std::size_t i = 0; i < forces.size(); ++i) {
-    const double along_N = forces[i].dot(n), depth_m = (deflections[i] - C * forces[i]).dot(n);
-    const Vec3 aside_N = forces[i] - along_N * n;
-    sum -= depth_m / lambda * aside_N + along_N * (C * aside_N);
-    square += along_N * along_N;
-  }
-  return (sum - sum.dot(n) * n) / square;
+  if (!(most > 0)) return Vec3::Zero();
+  const double lambda = rings.at(std::log(point.force_N * most))[0];
+  return -(by_rings / lambda + by_sway) / square;
 }
 
 }  // namespace
@@ -44,14 +36,12 @@ std::vector<Mat3> sways_of(const Samples& samples, double share) {
   return out;
 }
 
-std::vector<Mat3> turned_sways(const Samples& samples, std::vector<Mat3> sways,
+std::vector<Mat3> turned_sways(const BodyData& body, std::vector<Mat3> sways,
                                const RingPrior& rings) {
   for (std::size_t p = 0; p < sways.size(); ++p) {
-    std::optional<Vec3> across = coupling(samples, p, sways[p], rings);
-    if (!across) continue;
-    const Vec3 n = samples.point_normal.row(static_cast<Eigen::Index>(p)).transpose();
-    const Vec3 change = *across - (sways[p] * n - n.dot(sways[p] * n) * n);
-    const Mat3 turn = n * change.transpose() + change * n.transpose();
+    const PointData& point = body.points[p];
+    const Vec3 change = body.length_m / point.force_N * change_of_coupling(point, rings);
+    const Mat3 turn = point.inward * change.transpose() + change * point.inward.transpose();
     // A thousandth of the largest stays positive when rounded to float.
     const auto is_sound = [](const Mat3& C) {
       const Vec3 values = symmetric_eigen(C).values;

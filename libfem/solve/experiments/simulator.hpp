@@ -22,8 +22,8 @@ struct SolverOptions {
   double interface_share = 0.5;  ///< h of elements that two materials share, over h
   /// Distance from the contact in which elements end at a border, over its deepest radius. Presses
   /// on skin and fat over a tumour, of balls of 8 and 2 mm and on a dome of 80 mm, take 0.45, 0.40
-  /// and 0.67 of the CPU time with 5, 0.69, 0.40 and 0.98 with 9, and their forces are 0.4, 0.7, 3.3
-  /// and 0.3, 0.5, 1.7 % (mean) off a mesh 2.6 times as fine that has no such bound.
+  /// and 0.67 of the CPU time with 5, 0.69, 0.40 and 0.98 with 9, and their forces are 0.4,
+  /// 0.7, 3.3 and 0.3, 0.5, 1.7 % (mean) off a mesh 2.6 times as fine that has no such bound.
   double interface_reach = 9;
   /// Base tets that carry a contact are halved where forces would else be wrong by more (relative)
   /// because of them; see refine_base(). 0: the base mesh is taken as it is, unquestioned.
