@@ -20,23 +20,9 @@ std::string code(std::string_view text) { return fmt::format("`{}`", text); }
 std::string in_quotes(std::string_view text) { return fmt::format("`\"{}\"`", text); }
 
 std::string_view name_of(Stage stage) {
-  switch (stage) {
-    case Stage::prepare:
-      return "prepare";
-    case Stage::simulate:
-      return "simulate";
-    case Stage::surface:
-      return "surface motion";
-    case Stage::place:
-      return "placement";
-    case Stage::fit:
-      return "fit";
-    case Stage::validate:
-      return "validate";
-    case Stage::none:
-      return "none";
-  }
-  return "";
+  static constexpr std::string_view kNames[]{
+      "prepare", "simulate", "surface motion", "placement", "fit", "validate", "none"};
+  return kNames[static_cast<std::size_t>(stage)];
 }
 
 std::string may_be(const Length&) { return "length"; }

@@ -176,11 +176,12 @@ void check_experiments(const Scene& scene, const Body& body) {
                 "Press less deep, or check the unit of depth and length_unit.");
   // A depth beyond the thickness is an error of the scene when it is so at most points; a few
   // points on a thin rim bend out of the way, and their rows tell how far that went.
-  const std::vector<Error> refused = say_thin_parts(scene, setup, body.test_points);
+  const std::vector<Error> refused = refused_points(scene, setup, body.test_points);
   if (2 * std::ssize(refused) > body.test_points.position.rows()) throw in_scene(refused[0]);
+  say_thin_parts(refused.size(), body.test_points);
 }
 
-std::vector<Error> say_thin_parts(const Scene& scene, const fem::SimulationSetup& setup,
+std::vector<Error> refused_points(const Scene& scene, const fem::SimulationSetup& setup,
                                   const TestPoints& points) {
   std::vector<Error> refused;
   for (Eigen::Index p = 0; p < points.position.rows(); ++p) {
@@ -191,10 +192,13 @@ std::vector<Error> say_thin_parts(const Scene& scene, const fem::SimulationSetup
       refused.push_back(e);
     }
   }
-  if (!refused.empty())
-    say("  {} of {} test points are on parts thinner than the depth", refused.size(),
-        points.position.rows());
   return refused;
+}
+
+void say_thin_parts(std::size_t refused, const TestPoints& points) {
+  if (refused > 0)
+    say("  {} of {} test points are on parts thinner than the depth", refused,
+        points.position.rows());
 }
 
 std::vector<InclusionSection> parts_of_body(const Scene& scene, const Body& body) {

@@ -39,9 +39,13 @@ Body prepare_body(const Scene& scene, bool surface_only, const Surface* asset = 
 /// Error with the scene's key and a remedy.
 void check_experiments(const Scene& scene, const Body& body);
 
-/// Says how many of the points are on parts thinner than the depth. Returns an error for each.
-std::vector<Error> say_thin_parts(const Scene& scene, const fem::SimulationSetup& setup,
+/// Errors of points at which the scene's experiments cannot be made, such as a depth beyond the
+/// thickness.
+std::vector<Error> refused_points(const Scene& scene, const fem::SimulationSetup& setup,
                                   const TestPoints& points);
+
+/// Says that so many of the points, if any, are on parts thinner than the depth.
+void say_thin_parts(std::size_t refused, const TestPoints& points);
 
 /// Reads the body's surface, or its volume with its boundary as surface, mends it and filters its
 /// noise; says what was changed and keeps it in body.mended. An open surface will do where

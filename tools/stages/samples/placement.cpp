@@ -348,7 +348,7 @@ Samples simulate_scene(const Scene& scene, const Body& body, const SimulateReque
     points = std::move(placement.points);
     effort = std::move(placement.effort);
     quick = std::move(placement.quick);
-    say_thin_parts(scene, make_setup(scene, body), points);
+    say_thin_parts(refused_points(scene, make_setup(scene, body), points).size(), points);
     Body placed = body;
     placed.test_points = points;
     const std::filesystem::path folder = request.output.parent_path();
