@@ -39,7 +39,7 @@ int main() try {
   samples.point_normal = inward.transpose();
   samples.point_name = {"a"};
 
-  // 4. Fit. Curves are splines that never fall; as few pieces are taken as meet the tolerance.
+  // 4. Fit. Curves are splines that never fall, of as few pieces as predict rows left out.
   FitReport report;
   const FittedCurves fitted = fit_curves(samples, {.tolerance = 0.03}, {}, &report);
   if (fitted.status[0] == FitStatus::failed) return 1;

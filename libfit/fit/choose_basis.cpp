@@ -26,7 +26,7 @@ struct BasisCandidate {
   CurveBasis basis;
   double heldout_error = 0;          // p95 over points of the relative rms error
   double local_error = 0;            // of the largest error that three neighbouring abscissae share
-  std::vector<double> squared = {};  // weighted, of every held-out row of every point
+  std::vector<double> squared = {};  // as stated, of every held-out row of every point
   double mean_square = 0;
 };
 
@@ -54,14 +54,11 @@ struct HeldOutErrors {
   std::size_t rows = 0;  // held out
   std::vector<int> group;
   std::vector<double> relative;  // over the row's force
-  std::vector<double> weighted;  // over the point's rms force, both weighted
+  std::vector<double> stated;    // likewise, down to the forces that an error statement counts
 };
 HeldOutErrors hold_out(const PointEvidence& point, const CurveBasis& normal,
                        const CurveBasis& basis) {
   const SplineTables tables = tabulate(basis);
-  double force_square = 0;
-  for (const CurveRow& row : point.rows) force_square += std::pow(row.weight * row.f, 2);
-  const double rms = std::sqrt(force_square / double(point.rows.size()));
   std::vector<double> error(point.rows.size(), std::numeric_limits<double>::quiet_NaN());
   for (int fold = 0; fold < kFolds; ++fold) {
     std::vector<CurveRow> training;
@@ -81,9 +78,9 @@ HeldOutErrors hold_out(const PointEvidence& point, const CurveBasis& normal,
     if (std::isnan(error[i])) continue;
     out.rows += row.group != point.rows.back().group;
     out.group.push_back(row.group);
-    out.relative.push_back(
-        relative_error(error[i], std::abs(row.f), relative_floor(point.largest)));
-    out.weighted.push_back(error[i] * row.weight / rms);
+    const double force_N = std::abs(row.f);
+    out.relative.push_back(relative_error(error[i], force_N, relative_floor(point.largest)));
+    out.stated.push_back(relative_error(error[i], force_N, relative_floor_N(point.largest)));
   }
   return out;
 }
@@ -154,7 +151,7 @@ BasisCandidate judge(const std::vector<PointEvidence>& points, const CurveBasis&
     point_errors.push_back(std::sqrt(mean(clipped_squares(errors.relative, errors.rows, common))));
     local_errors.push_back(lower_quantile(common, 1));
     const auto squares =
-        clipped_squares(errors.weighted, errors.rows, common_errors(errors.group, errors.weighted));
+        clipped_squares(errors.stated, errors.rows, common_errors(errors.group, errors.stated));
     candidate.squared.insert(candidate.squared.end(), squares.begin(), squares.end());
   }
   candidate.heldout_error = lower_quantile(point_errors, 0.95);

@@ -180,12 +180,10 @@ Reading read_rows(const Samples& samples, FitOptions options, const std::vector<
   fit::add_nuisances(samples, options, out.body);
   for (const fit::PointData& point : out.body.points) out.rows.push_back(fit::curve_rows(point));
   settle_nuisances(samples, out.body, options, out.rows);
-  const bool has_drags = is_dragged(out.rows);
-  out.family = {options.family.value_or(has_drags ? CurveFamily::rings : CurveFamily::separable),
-                !sways.empty(),
-                options.family ? "as asked"
-                : has_drags    ? "there are drags"
-                               : "no drags"};
+  out.family = {options.family, !sways.empty(),
+                options.family != CurveFamily::rings ? "as asked"
+                : is_dragged(out.rows)               ? "there are drags"
+                                                     : "no drags"};
   out.bases = make_bases(samples, out.body, out.family.family, out.rows, options);
   return out;
 }
@@ -209,11 +207,9 @@ Reading settle_reading(const Samples& samples, const FitOptions& options) {
   if (options.sways == false || plain.family.family != CurveFamily::rings ||
       !is_dragged(plain.rows) || !may_sway(samples))
     return plain;
-  FitOptions rings = options;
-  rings.family = CurveFamily::rings;
   std::string& reason = plain.family.reason;
   const auto judged = [&](const Reading& reading) {
-    return fit::judge_family(reading.body, reading.rows, reading.bases, rings);
+    return fit::judge_family(reading.body, reading.rows, reading.bases, options);
   };
   const auto note = [&](const char* what, const fit::FamilyEvidence& found) {
     reason += what + percent(found.median_error) + ", " + percent(found.p95_error);
@@ -222,17 +218,17 @@ Reading settle_reading(const Samples& samples, const FitOptions& options) {
   // A muscle held at its ends has 12 % (p95) so, 35 and 38 where all or nothing is subtracted.
   for (const double share : {1.0, 0.5, 0.25}) {
     const std::vector<Mat3> sways = fit::sways_of(samples, share);
-    Reading local = read_rows(samples, rings, sways);
+    Reading local = read_rows(samples, options, sways);
     fit::FamilyEvidence with = judged(local);
     note("; rings on a body that sways ", with);
     if (!fit::predicts_better(without, with)) continue;
     // Six points are few for lambda's slope, and where the sway is wrong it may be anything.
     const fit::BodyData body = local.body;
     BodyBases settled = local.bases;
-    settle_rings(samples, body, local.rows, true, rings, settled);
+    settle_rings(samples, body, local.rows, true, options, settled);
     for (const double slope : {settled.rings.slope, 0.0}) {
       settled.rings.slope = slope;
-      Reading turned = read_rows(samples, rings, fit::turned_sways(body, sways, settled.rings));
+      Reading turned = read_rows(samples, options, fit::turned_sways(body, sways, settled.rings));
       const fit::FamilyEvidence with_turned = judged(turned);
       if (!fit::predicts_better(with, with_turned)) continue;
       note("; its sway turned ", with_turned);
@@ -246,7 +242,7 @@ Reading settle_reading(const Samples& samples, const FitOptions& options) {
     local.family.reason = reason;
     return local;
   }
-  return options.sways ? read_rows(samples, rings, fit::sways_of(samples, 1)) : plain;
+  return options.sways ? read_rows(samples, options, fit::sways_of(samples, 1)) : plain;
 }
 
 FittedCurves fit_slow_rows(const Samples& samples, const FitOptions& wanted,
@@ -274,12 +270,11 @@ FittedCurves fit_straight(const Samples& samples, const FitOptions& wanted,
                           const Progress& progress, FitReport* report) {
   FitOptions options = wanted;
   if (samples.relaxation.branches() > 0) {
-    if (options.family.value_or(CurveFamily::rings) != CurveFamily::rings)
+    if (options.family != CurveFamily::rings)
       throw Error("family",
-                  "`" + std::string(name_of(*options.family)) +
+                  "`" + std::string(name_of(options.family)) +
                       "` has no memory of time, and the body relaxes",
                   "Use rings, or leave the family out.");
-    options.family = CurveFamily::rings;
   }
   // Curves are fitted to the forces of rows with times as these would be in slow motion.
   if (samples.time_s.size() == 0 || samples.relaxation.branches() == 0)

@@ -23,8 +23,7 @@ inline constexpr std::array<std::string_view, kNuisances> kNuisanceNames{
 
 /// Choices of a user about a fit; the defaults suit simulated samples.
 struct FitOptions {
-  /// None: rings where the tool was dragged, else separable.
-  std::optional<CurveFamily> family{};
+  CurveFamily family = CurveFamily::rings;
   /// The rigid motion of the body is subtracted from deflections; none: where that predicts
   /// held-out rows better.
   std::optional<bool> sways{};

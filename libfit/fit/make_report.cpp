@@ -85,11 +85,14 @@ std::string assumed_curves(const std::vector<CurveRows>& rows, const BodyBases& 
   const std::string where = pressed == scored
                                 ? "no point was dragged"
                                 : fmt::format("{} of {} points were not dragged", pressed, scored);
-  if (bases.family == CurveFamily::rings) return where + ": rings are as theory has them";
-  return where + ": there the lateral curve is a line of " + number(options.default_lateral_ratio) +
-         " of the normal stiffness at full depth and the limit " +
-         number(options.default_friction) +
-         " of the normal force, or just above what held in a press";
+  const bool are_rings = bases.family == CurveFamily::rings;
+  const double lateral =
+      are_rings ? std::exp(bases.rings.constant[0]) : options.default_lateral_ratio;
+  const double friction = are_rings ? bases.rings.constant[1] : options.default_friction;
+  return where + ": there the lateral stiffness is " + number(lateral) +
+         " of the normal one and the limit of friction " + number(friction) +
+         " of the normal force" +
+         (are_rings ? ", as theory has them" : ", or just above what held in a press");
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <set>
 
 #include "libfit/core/curves.hpp"
+#include "libfit/core/stated_error.hpp"
 #include "libfit/core/statistics.hpp"
 
 namespace palpate {
@@ -103,13 +104,17 @@ struct Evidence {
   const FittedCurves& curves;
   const Controls& slopes;
   const LogForces& gap;
-  const Eigen::VectorXd& log_force;
-  const Eigen::VectorXd& kriged_force;
+  const Controls& log_force;
+  const Controls& kriged_force;
 };
 
 Controls normal_controls(const Evidence& of, std::int32_t p, const BlendPoints& around) {
   const Controls& normal = of.curves.curves.control[0];
   Controls control = Controls::Zero(kPredictions, normal.cols());
+  const auto scaled = [&](const Eigen::RowVectorXd& part, const Eigen::RowVectorXd& log_force) {
+    const Eigen::RowVectorXd more = at_controls(of.curves.curves.basis[0], log_force);
+    return Eigen::RowVectorXd(part.cwiseProduct(more.array().exp().matrix()));
+  };
   control.row(truth) = normal.row(p);
   for (int k = 0; k < 3; ++k) {
     const std::int32_t l = around.point[k];
@@ -120,15 +125,12 @@ Controls normal_controls(const Evidence& of, std::int32_t p, const BlendPoints& 
       control(slope, j) +=
           around.weight[k] * of.slopes.row(l).segment<3>(3 * j).dot(offset.transpose());
     if (of.gap.is_known())
-      control.row(over_gap).array() +=
-          part.array() * at_controls(of.curves.curves.basis[0],
-                                     kGapShare * (of.gap.at_point.row(p) - of.gap.at_point.row(l)))
-                             .array()
-                             .exp();
+      control.row(over_gap) +=
+          scaled(part, kGapShare * (of.gap.at_point.row(p) - of.gap.at_point.row(l)));
     if (of.kriged_force.size() > 0)
-      control.row(kriged) += std::exp(of.kriged_force[p] - of.log_force[l]) * part;
+      control.row(kriged) += scaled(part, of.kriged_force.row(p) - of.log_force.row(l));
   }
-  clamp_rising(control.row(over_gap));
+  for (const int as : {over_gap, kriged}) clamp_rising(control.row(as));
   return control;
 }
 
@@ -160,7 +162,7 @@ void add_errors(const FittedCurves& curves, const Controls& control, LeftOutErro
 double angle(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
 // The rule: kriging for measured points, else the gap's force, else slopes, each unless it errs
-// more than what is left. Fewer than four points, of kriging six, agree by chance. gap_ratio:
+// more than what is left. Fewer than four points agree on slopes by chance. gap_ratio:
 // median error over the gap's force, over that by area; medians, as one point beside a fold
 // outweighs all others in a mean.
 void choose(bool knows_gap, double gap_ratio, double best_share, InterpolationChoice& out) {
@@ -175,9 +177,9 @@ void choose(bool knows_gap, double gap_ratio, double best_share, InterpolationCh
   out.follows_gap = knows_gap && gap_ratio < by_chance &&
                     !(out.slope_share > 0 && out.slope_error < out.gap_error);
   if (out.follows_gap) out.error = out.gap_error;
-  const bool can_krige = out.kriged_error > 0 && out.points >= 6;
-  out.kriges_normals = can_krige && out.kriged_normal_rad < out.surface_normal_rad;
-  out.is_kriged = can_krige && out.kriged_error < by_chance * out.error;
+  out.kriges_normals =
+      out.kriged_error > 0 && out.kriged_normal_rad < by_chance * out.surface_normal_rad;
+  out.is_kriged = out.kriged_error > 0 && out.kriged_error < by_chance * out.error;
   if (out.is_kriged) out.error = out.kriged_error;
   if (out.follows_gap || out.is_kriged) out.slope_share = 0;
 }
@@ -198,27 +200,22 @@ Controls left_out_normal(const InterpolationChoice& chosen,
 
 }  // namespace
 
-Eigen::VectorXd log_forces(const FittedCurves& curves, std::vector<char>& is_usable) {
+Controls log_forces(const FittedCurves& curves, const std::vector<char>& is_usable) {
   const NodeForces forces(curves.curves);
   const double range_m = curves.curves.basis[0].knots_m.back();
-  Eigen::VectorXd log_force = Eigen::VectorXd::Zero(curves.curves.points());
-  for (Eigen::Index p = 0; p < log_force.size(); ++p)
-    for (int step = 1; step <= kComparedDepths && is_usable[p] != 0; ++step) {
-      const double force_N = forces.normal_N(p, range_m * step / kComparedDepths);
-      if (force_N > 0)
-        log_force[p] += std::log(force_N) / kComparedDepths;
-      else
-        is_usable[p] = 0;
-    }
-  return log_force;
+  Controls force_N = Controls::Zero(curves.curves.points(), kComparedDepths);
+  for (Eigen::Index p = 0; p < force_N.rows(); ++p)
+    for (int k = 0; k < kComparedDepths && is_usable[p] != 0; ++k)
+      force_N(p, k) = forces.normal_N(p, range_m * (k + 1) / kComparedDepths);
+  const double floor_N = relative_floor_N(force_N.maxCoeff());
+  return force_N.cwiseMax(floor_N).array().log();
 }
 
 InterpolationChoice choose_interpolation(const FittedCurves& curves, const Triangles& triangles,
                                          const std::vector<char>& is_usable, const Controls& slopes,
                                          const LogForces& gap, const MeasuredPoints& measured) {
   InterpolationChoice out;
-  std::vector<char> is_used = is_usable;
-  const Eigen::VectorXd log_force = log_forces(curves, is_used);
+  const Controls log_force = log_forces(curves, is_usable);
   const Evidence evidence{curves, slopes, gap, log_force, measured.force};
   LeftOutErrors errors;
   std::vector<double> by_area, by_gap;  // of each point
@@ -228,8 +225,8 @@ InterpolationChoice choose_interpolation(const FittedCurves& curves, const Trian
   const std::int32_t points = curves.curves.points();
   // More than 500 points, evenly taken, do not change the choice.
   for (std::int32_t p = 0; p < points; p += 1 + points / 500) {
-    if (is_used[p] == 0) continue;
-    const auto near = points_around(curves, neighbours, is_used, p);
+    if (is_usable[p] == 0) continue;
+    const auto near = points_around(curves, neighbours, is_usable, p);
     auto around = without(curves, near, p);
     if (!around && measured.is_there()) around = beside(curves, near, p);  // at the rim
     if (!around) continue;

@@ -59,22 +59,23 @@ Controls slopes_of(const FittedCurves& curves);
 /// Makes control values rise: each is at least the one before.
 void clamp_rising(Eigen::Ref<Eigen::RowVectorXd> control);
 
-/// A number that was measured, with errors, at points of a surface, at other places of it (M12f):
-/// ordinary kriging. Covariances fall with the distance, and with the angle between normals, so
-/// that the other side of a thin part is far. Of 32 of them (range, share of the angle, nugget)
-/// each counts with its restricted likelihood (Patterson and Thompson 1971), so that few points do
-/// not decide by chance (of more than 300 points an even share judges). O(P^3); deterministic.
+/// Numbers that were measured, with errors, at points of a surface, at other places of it (M12f):
+/// ordinary kriging of each, by the same covariances. Covariances fall with the distance, and with
+/// the angle between normals, so that the other side of a thin part is far. Of 32 of them (range,
+/// share of the angle, nugget) each counts with its restricted likelihood (Patterson and Thompson
+/// 1971; of several numbers the geometric mean), so that few points do not decide by chance (of
+/// more than 300 points an even share judges). O(P^3); deterministic.
 class Kriging {
  public:
   /// position, normal: P x 3 [m], unit; no normals: distances alone count, there and below.
-  /// value: P. Three points or more.
-  Kriging(const Points& position, const Points& normal, const Eigen::VectorXd& value);
+  /// value: P x n. Three points or more.
+  Kriging(const Points& position, const Points& normal, const Eigen::MatrixXd& value);
 
-  /// At places Q x 3 with normals Q x 3; at a point itself without what its nugget smooths. Q.
-  Eigen::VectorXd at(const Points& position, const Points& normal) const;
+  /// At places Q x 3 with normals Q x 3; at a point itself without what its nugget smooths. Q x n.
+  Eigen::MatrixXd at(const Points& position, const Points& normal) const;
 
-  /// P: at each point from the others (Dubrule 1983).
-  const Eigen::VectorXd& left_out() const { return left_out_; }
+  /// P x n: at each point from the others (Dubrule 1983).
+  const Eigen::MatrixXd& left_out() const { return left_out_; }
 
  private:
   struct Covariance {
@@ -82,19 +83,20 @@ class Kriging {
   };
   struct KeptCovariance {
     Covariance covariance;
-    double share, mean;
-    Eigen::VectorXd weight;  // P, of the covariances with the points
+    double share;
+    Eigen::RowVectorXd mean;  // n
+    Eigen::MatrixXd weight;   // P x n, of the covariances with the points
   };
   struct FittedCovariance;
   static Eigen::MatrixXd between(const Covariance& covariance, const Points& a,
                                  const Points& a_normal, const Points& b, const Points& b_normal);
 
   static FittedCovariance fitted(const Covariance& covariance, const Points& position,
-                                 const Points& normal, const Eigen::VectorXd& value);
+                                 const Points& normal, const Eigen::MatrixXd& value);
 
   Points position_, normal_;
   std::vector<KeptCovariance> kept_;
-  Eigen::VectorXd left_out_;
+  Eigen::MatrixXd left_out_;
 };
 
 /// The interpolation between test points that is used, and the evidence: mean error of the normal
@@ -115,14 +117,14 @@ struct InterpolationChoice {
   Controls left_out_normal;  ///< their normal curves, rows of controls, as the model interpolates
 };
 
-/// Logarithm of the normal force of each test point, mean over four depths; 0 where there is none,
-/// and is_usable then 0.
-Eigen::VectorXd log_forces(const FittedCurves& curves, std::vector<char>& is_usable);
+/// Logarithms of the normal force of each test point, P x kComparedDepths. What the error statement
+/// does not count (relative_floor_N) counts as its floor.
+Controls log_forces(const FittedCurves& curves, const std::vector<char>& is_usable);
 
-/// Each measured point kriged from the others: log_forces (P) and the inward normal
-/// (P x 3, not unit). Empty: not measured, or too few.
+/// Each measured point kriged from the others: log_forces (P x kComparedDepths) and the inward
+/// normal (P x 3, not unit). Empty: not measured, or too few.
 struct MeasuredPoints {
-  Eigen::VectorXd force;
+  Controls force{0, kComparedDepths};
   Points normal{0, 3};
   Points surface_normal{0, 3};  ///< the surface's there
   bool is_there() const { return force.size() > 0; }

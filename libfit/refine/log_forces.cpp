@@ -322,13 +322,14 @@ Eigen::MatrixXd Kriging::between(const Covariance& covariance, const Points& a,
 }
 
 struct Kriging::FittedCovariance {
-  double log_likelihood = -std::numeric_limits<double>::infinity(), mean = 0;
-  Eigen::VectorXd weight, left_out;
+  double log_likelihood = -std::numeric_limits<double>::infinity();
+  Eigen::RowVectorXd mean;
+  Eigen::MatrixXd weight, left_out;
 };
 
 Kriging::FittedCovariance Kriging::fitted(const Covariance& of, const Points& position,
-                                          const Points& normal, const Eigen::VectorXd& value) {
-  const Eigen::Index n = value.size();
+                                          const Points& normal, const Eigen::MatrixXd& value) {
+  const Eigen::Index n = value.rows();
   Eigen::MatrixXd covariance = between(of, position, normal, position, normal);
   covariance.diagonal().array() += of.nugget;
   const auto [inverse, log_determinant, is_positive] = cholesky_inverse(covariance);
@@ -336,24 +337,31 @@ Kriging::FittedCovariance Kriging::fitted(const Covariance& of, const Points& po
   const Eigen::VectorXd of_ones = inverse.rowwise().sum();
   const double total = of_ones.sum();
   FittedCovariance out;
-  out.mean = of_ones.dot(value) / total;
-  const Eigen::VectorXd residual = value.array() - out.mean;
+  out.mean = of_ones.transpose() * value / total;
+  const Eigen::MatrixXd residual = value.rowwise() - out.mean;
   out.weight = inverse * residual;
-  const double squares = std::max(residual.dot(out.weight), std::numeric_limits<double>::min());
+  const Eigen::ArrayXd squares = residual.cwiseProduct(out.weight)
+                                     .colwise()
+                                     .sum()
+                                     .transpose()
+                                     .array()
+                                     .max(std::numeric_limits<double>::min());
   out.log_likelihood =
-      -0.5 * (double(n - 1) * std::log(squares) + log_determinant + std::log(total));
+      -0.5 * (double(n - 1) * squares.log().mean() + log_determinant + std::log(total));
   const Eigen::VectorXd precision = inverse.diagonal() - of_ones.cwiseProduct(of_ones) / total;
-  out.left_out = value - out.weight.cwiseQuotient(precision);
+  out.left_out = value - precision.cwiseInverse().asDiagonal() * out.weight;
   return out;
 }
 
-Kriging::Kriging(const Points& position, const Points& normal, const Eigen::VectorXd& value)
-    : position_(position), normal_(normal), left_out_(Eigen::VectorXd::Zero(value.size())) {
+Kriging::Kriging(const Points& position, const Points& normal, const Eigen::MatrixXd& value)
+    : position_(position),
+      normal_(normal),
+      left_out_(Eigen::MatrixXd::Zero(value.rows(), value.cols())) {
   const double spacing_m = spacing_of(position);
   std::vector<Eigen::Index> some;
-  for (Eigen::Index p = 0; p < value.size(); p += 1 + (value.size() - 1) / 300)  // judges enough
+  for (Eigen::Index p = 0; p < value.rows(); p += 1 + (value.rows() - 1) / 300)  // judges enough
     some.push_back(p);
-  const bool is_all = std::ssize(some) == value.size();
+  const bool is_all = std::ssize(some) == value.rows();
   const bool has_normals = normal.rows() > 0;
   const Points some_position = position(some, Eigen::all),
                some_normal = has_normals ? Points(normal(some, Eigen::all)) : normal;
@@ -365,7 +373,8 @@ Kriging::Kriging(const Points& position, const Points& normal, const Eigen::Vect
       for (const double nugget : kNuggets) {
         if (!has_normals && turn != kTurns[0]) continue;
         covariances.push_back({range * spacing_m, has_normals ? turn * spacing_m : 0, nugget});
-        tried.push_back(fitted(covariances.back(), some_position, some_normal, value(some)));
+        tried.push_back(
+            fitted(covariances.back(), some_position, some_normal, value(some, Eigen::all)));
         likeliest = std::max(likeliest, tried.back().log_likelihood);
       }
   for (std::size_t k = 0; k < tried.size(); ++k) {
@@ -381,18 +390,18 @@ Kriging::Kriging(const Points& position, const Points& normal, const Eigen::Vect
   for (KeptCovariance& k : kept_) k.share /= sum;
 }
 
-Eigen::VectorXd Kriging::at(const Points& position, const Points& normal) const {
-  Eigen::VectorXd out = Eigen::VectorXd::Zero(position.rows());
+Eigen::MatrixXd Kriging::at(const Points& position, const Points& normal) const {
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(position.rows(), left_out_.cols());
   constexpr Eigen::Index kAtOnce = 256;
-  for (Eigen::Index first = 0; first < out.size(); first += kAtOnce) {
-    const Eigen::Index count = std::min(kAtOnce, out.size() - first);
+  for (Eigen::Index first = 0; first < out.rows(); first += kAtOnce) {
+    const Eigen::Index count = std::min(kAtOnce, out.rows() - first);
     for (const KeptCovariance& k : kept_) {
-      const Eigen::VectorXd residual =
+      const Eigen::MatrixXd residual =
           between(k.covariance, position.middleRows(first, count),
                   normal_.rows() > 0 ? Points(normal.middleRows(first, count)) : normal_, position_,
                   normal_) *
           k.weight;
-      out.segment(first, count).array() += k.share * (k.mean + residual.array());
+      out.middleRows(first, count) += k.share * (residual.rowwise() + k.mean);
     }
   }
   return out;

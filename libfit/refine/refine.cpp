@@ -52,8 +52,8 @@ std::vector<char> trusted_points(const FittedCurves& curves, std::vector<char> i
 // Forces and normals of measured points that have a force, and what is made of them elsewhere.
 struct KrigedPoints {
   std::vector<std::int32_t> point;
-  Eigen::VectorXd log_force;  // P
-  std::optional<Kriging> force, normal[3];
+  Controls log_force;  // P x kComparedDepths
+  std::optional<Kriging> force, normal;
   MeasuredPoints left_out;
 };
 
@@ -66,7 +66,7 @@ Points surface_normals(const std::vector<EdgePathSeeds>& seeds, const Points& ou
   return out;
 }
 
-KrigedPoints kriged_points(const FittedCurves& curves, std::vector<char> is_usable,
+KrigedPoints kriged_points(const FittedCurves& curves, const std::vector<char>& is_usable,
                            const std::vector<EdgePathSeeds>& seeds, const Points& outward_normal) {
   KrigedPoints out;
   out.log_force = log_forces(curves, is_usable);
@@ -75,29 +75,25 @@ KrigedPoints kriged_points(const FittedCurves& curves, std::vector<char> is_usab
   if (out.point.size() < 10 || out.point.size() > 2000) return out;  // chance; P^3
   const Points position = curves.position(out.point, Eigen::all),
                normal = curves.normal(out.point, Eigen::all);
-  out.force.emplace(position, normal, out.log_force(out.point));
+  out.force.emplace(position, normal, out.log_force(out.point, Eigen::all));
   out.left_out = {out.log_force, curves.normal, surface_normals(seeds, outward_normal)};
-  out.left_out.force(out.point) = out.force->left_out();
-  for (int k = 0; k < 3; ++k) {
-    out.normal[k].emplace(position, Points(0, 3), normal.col(k));
-    out.left_out.normal(out.point, k) = out.normal[k]->left_out();
-  }
+  out.left_out.force(out.point, Eigen::all) = out.force->left_out();
+  out.normal.emplace(position, Points(0, 3), normal);
+  out.left_out.normal(out.point, Eigen::all) = out.normal->left_out();
   return out;
 }
 
 LogForces kriged_trend(const KrigedPoints& kriged, const FittedCurves& curves, const Surface& fine,
                        const Points& inward_normal) {
-  Eigen::VectorXd at_point = kriged.force->at(curves.position, curves.normal);
-  at_point(kriged.point) = kriged.log_force(kriged.point);
-  return {at_point.replicate(1, kComparedDepths),
-          kriged.force->at(fine.vertices, inward_normal).replicate(1, kComparedDepths), true};
+  Controls at_point = kriged.force->at(curves.position, curves.normal);
+  at_point(kriged.point, Eigen::all) = kriged.log_force(kriged.point, Eigen::all);
+  return {at_point, kriged.force->at(fine.vertices, inward_normal), true};
 }
 
 // Normals kriged from the points' own, but where they face more than 60 degrees away from the
 // surface.
 Points kriged_normals(const KrigedPoints& kriged, const Surface& fine, Points inward_normal) {
-  Points found(fine.vertices.rows(), 3);
-  for (int k = 0; k < 3; ++k) found.col(k) = kriged.normal[k]->at(fine.vertices, Points(0, 3));
+  const Points found = kriged.normal->at(fine.vertices, Points(0, 3));
   for (Eigen::Index v = 0; v < found.rows(); ++v) {
     const double length = found.row(v).norm();
     if (found.row(v).dot(inward_normal.row(v)) > 0.5 * std::max(length, 0.5))

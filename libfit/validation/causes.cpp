@@ -32,7 +32,7 @@ FittedCurves own_curves(const runtime::AssetView& asset, const Samples& own, int
   options.family = static_cast<CurveFamily>(asset.curves.family);
   options.degree = asset.curves.view[0].degree;
   options.sways = asset.sways;
-  for (std::size_t kind = 0; kind < curves_of(*options.family); ++kind) {
+  for (std::size_t kind = 0; kind < curves_of(options.family); ++kind) {
     const std::vector<double> knots = basis_of(asset, static_cast<int>(kind)).knots_m;
     for (std::size_t i = 0; i + 1 < knots.size(); ++i)
       for (int k = 0; k < split; ++k)

@@ -32,16 +32,5 @@ TEST(fitted_points, a_quarter_of_them_poor_is_a_failure_and_is_said) {
   EXPECT_EQ(list_bad_points(points_of(40, 0, 8), true), 0U) << "a quick run asked for few rows";
 }
 
-TEST(fitted_points, presses_of_another_tool_are_fitted_by_rings) {
-  Samples samples;
-  samples.kind = {ExperimentKind::press};
-  EXPECT_FALSE(fit_options(samples, {}, 1).family.has_value());
-  samples.kind.push_back(ExperimentKind::other);
-  EXPECT_EQ(fit_options(samples, {}, 1).family, CurveFamily::rings);
-  FitSection asked;
-  asked.family = "separable";
-  EXPECT_EQ(fit_options(samples, asked, 1).family, CurveFamily::separable);
-}
-
 }  // namespace
 }  // namespace palpate::tools

@@ -77,7 +77,7 @@ TEST_F(TravellingProbe, stage_by_stage_from_files_alone_gives_the_bytes_of_run) 
     EXPECT_EQ(meta.at("probe").at("mesh_triangles"), 8);
   }
   EXPECT_TRUE(holds(palpate(folder, "fit step/samples.h5 -o again.h5").said(),
-                    "the limit 0.8 of the normal force"));
+                    "the limit of friction 0.76 of the normal force"));
 }
 
 TEST_F(TravellingProbe, another_setting_of_experiments_leaves_the_body_and_reaches_its_file) {
@@ -124,7 +124,7 @@ TEST_F(TravellingProbe, recordings_of_a_2_mm_ball_make_an_asset_that_says_so) {
       recordings_of("probe = { shape = \"sphere\", radius = \"2 mm\", friction = 0.6 }\n"));
   do_command("import manifest.toml -o samples.h5");
   const Outcome fitted = palpate(folder, "fit samples.h5 -o curves.h5");
-  EXPECT_TRUE(holds(fitted.said(), "the limit 0.6 of the normal force"));
+  EXPECT_TRUE(holds(fitted.said(), "the limit of friction 0.57 of the normal force"));
   // The scene of the body says 8 mm and 0.3, which is none of the recordings' business.
   do_command("prepare --surface-only scene.toml -o body.h5");
   do_command("refine curves.h5 --body body.h5 -o model.h5");

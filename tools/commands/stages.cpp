@@ -47,8 +47,7 @@ class Fit final : public Command {
         "--pieces", section.pieces,
         "Number of pieces of every curve; 0 takes the fewest that held-out rows support");
     arguments.option("--family NAME", section.family,
-                     "Curve family of docs/method.md, sections 2 and 17: rings, which without "
-                     "drags are separable, or separable");
+                     "Curve family of docs/method.md, sections 2 and 17: rings or separable");
     arguments.option("--warm-start", warm_start_,
                      "Earlier curves.h5 whose bases and family are kept");
     arguments.option(

@@ -96,7 +96,7 @@ struct ExperimentsSection {
 };
 
 struct FitSection {
-  std::string family{name_of(CurveFamily::rings)};  ///< separable without drags, too
+  std::string family{name_of(CurveFamily::rings)};
   int degree = FitOptions{}.degree;
   int pieces = 0;  ///< 0: by evidence
   double tolerance = FitOptions{}.tolerance;

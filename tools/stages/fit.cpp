@@ -117,12 +117,8 @@ FitOptions fit_options(const Samples& samples, const FitSection& section, int jo
   if (std::ranges::find(names, section.family) == names.end())
     throw Error("--family", "unknown curve family \"" + section.family + "\"",
                 fmt::format("Use one of: {}.", fmt::join(names, ", ")));
-  // Rings without a drag are separable (FitOptions), but for what another radius changes, which is
-  // known of rings alone (docs/method-tools.md, section 30).
-  if (section.family == name_of(CurveFamily::separable))
-    options.family = CurveFamily::separable;
-  else if (std::ranges::count(samples.kind, ExperimentKind::other) > 0)
-    options.family = CurveFamily::rings;
+  options.family = section.family == name_of(CurveFamily::separable) ? CurveFamily::separable
+                                                                     : CurveFamily::rings;
   options.degree = section.degree;
   options.pieces = {section.pieces, section.pieces, section.pieces};
   options.tolerance = section.tolerance;

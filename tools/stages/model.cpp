@@ -117,8 +117,8 @@ Samples read_known(const std::filesystem::path& samples) {
                                                         : read_samples(samples);
 }
 
-bool has_all_vertices(const FittedCurves& curves, const Body& body) {
-  return curves.position.rows() == body.surface.vertices.rows();
+bool are_scanned(const Samples& samples) {
+  return std::ranges::count(samples.kind, ExperimentKind::scan) > 0;
 }
 
 Model refine_body(const FittedCurves& curves, const Body& body, const Samples& samples,
@@ -126,7 +126,7 @@ Model refine_body(const FittedCurves& curves, const Body& body, const Samples& s
   RefineReport report;
   Model model = refine(curves, body,
                        {.tool = fem::round_end(curves.probe),
-                        .is_measured = scene == nullptr && !has_all_vertices(curves, body)},
+                        .is_measured = scene == nullptr && !are_scanned(samples)},
                        &report);
   if (static_cast<Eigen::Index>(report.left_out.size()) == curves.position.rows())
     throw Error(

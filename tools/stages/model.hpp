@@ -30,8 +30,8 @@ Model refine_body(const FittedCurves& curves, const Body& body, const Samples& s
 /// The largest depth of rows [m]; 0 where none is inward.
 double deepest_m(const Samples& samples);
 
-/// True if every vertex of the body has curves of its own: nothing is interpolated.
-bool has_all_vertices(const FittedCurves& curves, const Body& body);
+/// True if rows are of scans: their fit has curves at every vertex, and nothing is interpolated.
+bool are_scanned(const Samples& samples);
 
 /// The attribute of model.h5 that says how many test points have no curves of their own, in words.
 inline constexpr const char* kGuessedAttribute = "points_without_curves_of_their_own";

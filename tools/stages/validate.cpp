@@ -216,7 +216,7 @@ Statement validate_recordings(const std::filesystem::path& path, const RecordedS
   RecordedReference recorded{followed(samples.fitted), rows_at(held_out, places.is_covered, false),
                              as_placed};
   RefineReport refined;
-  if (request.curves != nullptr && body != nullptr && !has_all_vertices(*request.curves, *body)) {
+  if (request.curves != nullptr && body != nullptr && !are_scanned(samples.fitted)) {
     refine(*request.curves, *body, {.is_measured = true}, &refined);
     recorded.left_out = &refined.interpolation;
   }

@@ -27,7 +27,6 @@ namespace {
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 
 constexpr Eigen::Index kMinContacts = 6, kNear = 24;
-constexpr double kHeightField = 0.5;  // cosine of 60 degrees
 // Damping of curvature where contacts do not determine it, and in gaps between them. Damped beyond
 // the outermost as in gaps, the surface of six presses within 9 mm of a 60 mm ball curls up: it is
 // 1.4 mm off one spacing beyond them instead of 0.03 mm. In a gap 1e-3 is 2.7 mm off, 1 is 0.5 mm.
@@ -180,9 +179,9 @@ Quadrics chosen_quadrics(const Contacts& contacts, double spacing_m) {
 // Along the mean normal; nothing where contacts face too far from it or lie above one another.
 std::optional<HeightAxes> height_frame(const Contacts& contacts, double spacing_m) {
   const Vec3 mean = contacts.normal.colwise().mean().transpose();
-  if (!(mean.norm() > kHeightField)) return std::nullopt;
+  if (!(mean.norm() > 0.3)) return std::nullopt;
   const HeightAxes frame(contacts.position.colwise().mean().transpose(), mean.normalized());
-  if (!((contacts.normal * mean.normalized()).minCoeff() > kHeightField)) return std::nullopt;
+  if (!((contacts.normal * mean.normalized()).minCoeff() > 0.3)) return std::nullopt;
   for (Eigen::Index i = 0; i < contacts.position.rows(); ++i)
     for (Eigen::Index j = 0; j < i; ++j) {
       const Vec3 between =

@@ -199,7 +199,9 @@ double speed_of(const Signal& signal, const Approach& approach, double contact_m
 }
 
 // Takes the free push (its mean, or its line over travel) off all rows and axes, and says in `out`
-// how noisy it is. Returns the correlation of neighbours in that noise; 0 where nothing is free.
+// how noisy it is. Without free rows, a pull at the contact is taken off the push: no tool can be
+// pulled there, so that it is of the sensor. Returns the correlation of neighbours in that noise; 0
+// where nothing is free.
 double take_off_bias(Signal& signal, const Approach& approach, const ContactEstimate& contact,
                      const SignalSettings& settings, Conditioned& out) {
   const double margin_m = std::max(
@@ -209,10 +211,16 @@ double take_off_bias(Signal& signal, const Approach& approach, const ContactEsti
   if (free < kMinFreeRows)  // less of a margin, before none is left
     free = first_row_at(approach, contact.travel_m);
   if (free < kMinFreeRows || contact.begins_in_contact) {
-    out.reasons.emplace_back(
-        out.contact.estimator == "given"
-            ? "the contact point is given and nothing before it; no bias was taken off"
-            : "begins in contact: no free travel from which to take the bias");
+    const double pull_N = -approach.push[std::min(free, approach.push.size() - 1)];
+    const bool is_bias = pull_N > 0 && settings.drift != Drift::none;
+    if (is_bias) signal.force_N.rowwise() += pull_N * signal.inward.transpose();
+    const std::string taken =
+        is_bias ? fmt::format("a pull of {:.3g} N at the contact was taken off as bias", pull_N)
+                : "no bias was taken off";
+    out.reasons.push_back((out.contact.estimator == "given"
+                               ? "the contact point is given and nothing before it; "
+                               : "begins in contact, without free travel; ") +
+                          taken);
     if (out.contact.estimator != "given") out.grade = std::max(out.grade, Grade::fair);
     out.noise_N = approach.noise_N;
     return 0;

@@ -51,7 +51,8 @@ TEST(press, fitted_curves_rise_from_zero_whatever_the_rows) {
     Recorder rig;
     rig.press(
         rig.add_point(Vec3::UnitX()), [&](double) { return draw(random); }, 0.01, 25);
-    const FittedCurves fitted = fit_curves(rig.samples, {.pieces = {6, 2, 4}});
+    const FittedCurves fitted =
+        fit_curves(rig.samples, {.family = CurveFamily::separable, .pieces = {6, 2, 4}});
     for (const auto& control : fitted.curves.control) {
       EXPECT_EQ(control(0, 0), 0.0);
       for (Eigen::Index j = 1; j < control.cols(); ++j) {
@@ -71,7 +72,8 @@ TEST(press, hertz_curve_meets_the_tolerance_with_the_pieces_chosen) {
   Recorder rig;
   rig.press(rig.add_point(Vec3::UnitZ()), hertz, 0.01, 40);
   FitReport report;
-  const FittedCurves fitted = fit_curves(rig.samples, {.tolerance = 0.005}, {}, &report);
+  const FittedCurves fitted =
+      fit_curves(rig.samples, {.family = CurveFamily::separable, .tolerance = 0.005}, {}, &report);
   EXPECT_LT(relative_rmse(fitted_curve(fitted, 0, CurveKind::normal), hertz, 0.01), 0.005);
   EXPECT_LE(fitted.curves.basis[0].pieces(), 4);
   EXPECT_NE(report.kind[0].reason.find("meets the tolerance"), std::string::npos);

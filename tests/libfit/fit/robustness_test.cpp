@@ -227,21 +227,24 @@ TEST(pressed_point, is_good_where_its_normal_curve_is_and_the_rest_is_assumed_on
   EXPECT_EQ(fitted.message[1], "");
   EXPECT_EQ(fitted.status[2], FitStatus::underdetermined);
   EXPECT_EQ(fitted.message[2], "1 row(s) in contact: the normal curve is a straight line");
-  EXPECT_EQ(report.assumed,
-            "2 of 3 points were not dragged: there the lateral curve is a line of 0.667 of the "
-            "normal stiffness at full depth and the limit 0.3 of the normal force, or just above "
-            "what held in a press");
+  EXPECT_EQ(
+      report.assumed,
+      "2 of 3 points were not dragged: there the lateral stiffness is 0.667 of the normal one "
+      "and the limit of friction 0.3 of the normal force, or just above what held in a press");
   const double normal_N = fitted_curve(fitted, 1, CurveKind::normal)(0.01);
   EXPECT_NEAR(fitted_curve(fitted, 1, CurveKind::limit)(0.01), 0.3 * normal_N, 1e-3 * normal_N);
   EXPECT_NEAR(fitted_curve(fitted, 1, CurveKind::lateral)(0.003), 0.2 * normal_N, 1e-3 * normal_N);
 }
 
-TEST(family, without_drags_is_separable) {
+// The separable law would have one lateral stiffness at all depths, which is 64 times as much here.
+TEST(family, without_drags_is_rings_whose_lateral_stiffness_goes_with_the_normal_one) {
   Recorder rig;
-  rig.press(rig.add_point(Vec3::UnitY()), kNormal, 0.01, 24);
+  rig.press(
+      rig.add_point(Vec3::UnitY()), [](double d) { return 3e8 * std::pow(d, 4); }, 0.01, 24);
   FitReport report;
-  EXPECT_EQ(fit_curves(rig.samples, {}, {}, &report).curves.family, CurveFamily::separable);
+  const FittedCurves fitted = fit_curves(rig.samples, {}, {}, &report);
   EXPECT_EQ(report.family.reason, "no drags");
+  EXPECT_NEAR(NodeForces(fitted.curves).lateral_slope_N_m(0, 0.0025), 12.5, 0.5);
 }
 
 TEST(bad_point, whose_forces_fall_with_depth_is_marked) {

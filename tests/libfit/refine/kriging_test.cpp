@@ -70,7 +70,8 @@ TEST(Kriging, a_point_left_out_is_what_the_others_make_of_its_place) {
         if (q != p) others.push_back(q);
       const Kriging without(known(others, Eigen::all), downwards(59), value(others));
       // Likelihoods and the spacing hardly change with one point.
-      EXPECT_NEAR(left_out[p], without.at(known.row(p), downwards(1))[0], 0.1) << "seed " << seed;
+      EXPECT_NEAR(left_out[p], without.at(known.row(p), downwards(1))(0, 0), 0.1)
+          << "seed " << seed;
     }
   }
 }
@@ -132,6 +133,23 @@ TEST(Refine, measured_forces_that_scatter_are_kriged_and_exact_ones_kept) {
   const Model model =
       refine(curves_at(coarse, kRising), fine, all(fine), coarse.triangles, {.is_measured = true});
   EXPECT_LT(field_error(model, kRising).most, 0.02);
+}
+
+// Shallow forces scatter and deep ones do not; a point without shallow force counts as well.
+TEST(Refine, measured_forces_are_kriged_depth_by_depth) {
+  const Surface fine = plate(40, 40, kSide_m, kSide_m), coarse = plate(10, 10, kSide_m, kSide_m);
+  std::mt19937 random(4);
+  std::normal_distribution<double> scatter(0, 0.2);
+  FittedCurves noisy = curves_at(coarse, [](const Vec3&) { return 8; });
+  noisy.curves.basis[0] = {1, {0, 0.005, 0.01}};
+  Controls& control = noisy.curves.control[0];
+  control = Controls(control.rows(), 3);
+  for (auto row : control.rowwise()) row << 0, std::exp(scatter(random)), 8;
+  control(0, 1) = 0;
+  const Model model = refine(noisy, fine, all(fine), coarse.triangles, {.is_measured = true});
+  const auto& found = model.curves.control[0].bottomRows(fine.vertices.rows() - 200);
+  EXPECT_LT((found.col(1).array() - 1).matrix().norm() / std::sqrt(double(found.rows())), 0.08);
+  EXPECT_LT((found.col(2).array() - 8).abs().maxCoeff(), 0.08);
 }
 
 // Once kriging had to foretell points left out better by a twentieth, and chance decided: of 40

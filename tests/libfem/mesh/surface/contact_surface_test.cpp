@@ -55,6 +55,7 @@ TEST(contact_surface, of_a_window_is_a_height_field_that_faces_outward) {
   EXPECT_GT(made.surface.triangles.rows(), 150);
   EXPECT_EQ(turned_inward(made.surface), 0);
   EXPECT_LT(largest_off_ball_m(made, contacts), 0.05 * made.spacing_m);
+  EXPECT_TRUE(surface_from_contacts(on_ball(80, 0.29, 0)).is_height_field) << "to 65 degrees";
 }
 
 // Once it reached two spacings beyond them, where it was 5 mm off and curled up.

@@ -32,16 +32,19 @@ TEST(signal, a_robots_row_per_depth_is_taken_from_its_own_contact_point) {
   raw.normal = Vec3(0, 0, -1);
   raw.position_m.resize(8, 3);
   raw.force_N.resize(8, 3);
-  for (int i = 0; i < 8; ++i) {
-    raw.position_m.row(i) << 0.1, 0.2, 0.3 - 5e-4 * i;
-    raw.force_N.row(i) << 0.1 * i, 0, -0.5 * i;
-    raw.line.push_back(static_cast<std::size_t>(i) + 2);
+  for (int i = 0; i < 8; ++i) raw.line.push_back(static_cast<std::size_t>(i) + 2);
+  for (const double pull_N : {0.0, 0.2}) {  // of a sensor: nothing pulls the tool at its contact
+    for (int i = 0; i < 8; ++i) {
+      raw.position_m.row(i) << 0.1, 0.2, 0.3 - 5e-4 * i;
+      raw.force_N.row(i) << 0.1 * i, 0, pull_N - 0.5 * i;
+    }
+    const Conditioned r = condition(raw, {}, std::nullopt, "robot.csv");
+    EXPECT_EQ(r.contact.estimator, "given");
+    EXPECT_EQ(r.reasons.at(0).find("a pull of 0.2 N") != std::string::npos, pull_N > 0);
+    ASSERT_EQ(r.deflection_m.rows(), 7);
+    EXPECT_LT((r.deflection_m.row(6).transpose() - Vec3(0, 0, -3.5e-3)).norm(), 1e-12);
+    EXPECT_LT((r.force_N.row(6).transpose() - Vec3(0.7, 0, -3.5)).norm(), 1e-12);
   }
-  const Conditioned r = condition(raw, {}, std::nullopt, "robot.csv");
-  EXPECT_EQ(r.contact.estimator, "given");
-  ASSERT_EQ(r.deflection_m.rows(), 7);
-  EXPECT_LT((r.deflection_m.row(6).transpose() - Vec3(0, 0, -3.5e-3)).norm(), 1e-12);
-  EXPECT_LT((r.force_N.row(6).transpose() - Vec3(0.7, 0, -3.5)).norm(), 1e-12);
 }
 
 // Down 2 mm past contact, 5 mm sideways, up: the lateral force sticks for 1 mm, then slides.
