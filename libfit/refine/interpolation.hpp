@@ -107,8 +107,8 @@ struct InterpolationChoice {
   double slope_share = 0;    ///< of the slopes of test points (B4), 0 to 1/2
   bool follows_gap = false;  ///< the gap's force (M12g); refine() then counts no slopes
   bool is_kriged = false;    ///< forces are those of (M12f); then nothing else is made use of
-  /// Inward normals of vertices are kriged from the points' own: the surface's foretell those of
-  /// points left out worse.
+  /// Inward normals of vertices are kriged from the points' own: the surface's do not foretell
+  /// those of points left out better by more than chance.
   bool kriges_normals = false;
   int points = 0;  ///< that could be left out
   double error = 0, plain_error = 0, slope_error = 0, gap_error = 0, kriged_error = 0;
@@ -131,12 +131,12 @@ struct MeasuredPoints {
 };
 
 /// Leaves out one test point at a time and predicts it from its neighbours, at four depths. Slopes
-/// and kriging are chosen where they take off a twentieth of the error. The gap's force is made use
-/// of unless slopes err less, or its median error is above that of area by more than chance, a
-/// factor of 1 + 1 / sqrt(points). Measured points, whose surface is less sure, are kriged. Slopes
-/// need four points that neighbours surround, kriging six. Measured points are left out at the rim,
-/// too, where the nearest line between two others answers. is_usable: points that count; the others
-/// are neither left out nor predict. slopes: slopes_of(curves).
+/// are chosen where they take off a twentieth of the error, and need four points that neighbours
+/// surround. The gap's force is made use of unless slopes err less, or its median error is above
+/// that of area by more than chance, a factor of 1 + 1 / sqrt(points). Measured points, whose
+/// surface is less sure, are kriged, and their normals, unless that errs more by more than chance.
+/// They are left out at the rim, too, where the nearest line between two others answers. is_usable:
+/// points that count; the others are neither left out nor predict. slopes: slopes_of(curves).
 InterpolationChoice choose_interpolation(const FittedCurves& curves, const Triangles& triangles,
                                          const std::vector<char>& is_usable, const Controls& slopes,
                                          const LogForces& gap, const MeasuredPoints& measured = {});
